@@ -129,7 +129,7 @@ def unnamed_state() -> list[str]:
         names = components_of("src/particles/points.f90", kind)
         found += [] if names else [f"src/particles/points.f90: no type {kind}"]
         found += [f"src/particles/points.f90: {kind}%{name} is in no list of fields" for name in names
-                  if name not in apart and not re.search(rf"list%add\('\w+', self%{name},", lists)]
+                  if name not in apart and not re.search(rf"=self%{name}\)", lists)]
     return found
 
 

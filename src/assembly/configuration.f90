@@ -2,7 +2,6 @@
 !> anew from the state; the terms of the equations look at it and nothing changes it until the step has ended.
 module qsmpm_configuration
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
   use qsmpm_cell_share, only: cell_volumes
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
@@ -45,14 +44,14 @@ contains
 
     associate (c => configuration)
       if (.not. allocated(c%volumes)) allocate (c%volumes(model%mesh%cell_count))
-      call cell_volumes(model%mesh, model%analysis%model == axisymmetric, c%volumes)
+      call cell_volumes(model%mesh, c%volumes)
       call activate_cells(model, c)
       if (model%space%domains) then
         call place_domains(model%space, c%activation, model%state%points, c%domains)
         call touch_cells(model%space, c%domains, c%activation%touched)
         if (is_divided(model%part)) call learn_touched_cells(model, c%activation)
       end if
-      call integrate_at_points(model%mesh, model%space, model%analysis%model == axisymmetric, c%activation, &
+      call integrate_at_points(model%mesh, model%space, c%activation, &
         model%state%points, c%domains, c%at_points, any(model%laws%pressure_factor > 0.0_wp))
       if (any([(model%laws(m)%law%asks_where, m=1, size(model%laws))])) call measure_cells(model%mesh, c%at_points)
     end associate

@@ -15,7 +15,7 @@ contains
   pure subroutine internal_force(integration, points, confinement, force)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
-    !> All-round pressure above which the stresses count (qsmpm_confinement).
+    !> All-round pressure above which the stresses count (qsmpm_law).
     real(wp), intent(in) :: confinement
     !> (dimension, node_count)
     real(wp), intent(out) :: force(:, :)

@@ -6,13 +6,14 @@
 module qsmpm_surface_basis
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
-  use qsmpm_carried_basis, only: basis_at, nearest_point
+  use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: shape_values_type
   use qsmpm_tensor, only: cofactor, identity
+  use qsmpm_points, only: nearest_point
   implicit none
   private
 

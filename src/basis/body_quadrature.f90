@@ -12,20 +12,18 @@
 !> docs/methods/bodies.md.
 module qsmpm_body_quadrature
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: shape_functions
-  use qsmpm_element_kinds, only: max_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_sorting, only: list_by_key
-  use qsmpm_mesh_measure, only: interpolate
-  use qsmpm_points, only: points_type
+  use qsmpm_points, only: points_type, nearest_point
   use qsmpm_point_location, only: activation_type
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_domain_pieces, only: pieces_type
+  use qsmpm_mesh_measure, only: place_in_cell
   implicit none
   private
 
-  public :: body_quadrature_type, received_states_type, sort_seeds, choose_sources, position_of, nearest_in, &
-    nearest_of_body, source_material, put_bodies, is_filled
+  public :: body_quadrature_type, received_states_type, sort_seeds, choose_sources, nearest_in, source_material, &
+    put_bodies, is_filled
 
   !> What a body may lack of a cell that it fills: rounding.
   real(wp), parameter :: rounding = 1.0e-9_wp
@@ -105,7 +103,7 @@ contains
 
     do c = 1, mesh%cell_count
       do i = quadrature%first(c), quadrature%first(c + 1) - 1
-        x = position_of(quadrature, mesh, c, i)
+        x = place_in_cell(mesh, c, quadrature%local(:, i))
         associate (corners => mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1)))
           low = minval(corners, dim=2)
           high = maxval(corners, dim=2)
@@ -119,24 +117,11 @@ contains
           do k = mesh%vertex_first(c), mesh%vertex_first(c + 1) - 1
             call nearest_in(activation, points, mesh%vertex_neighbour(k), body, x, source)
           end do
-          if (source == 0) source = nearest_of_body(points, body, x)
+          if (source == 0) source = nearest_point(points, x, body)
         end associate
       end do
     end do
   end subroutine choose_sources
-
-  !> Where an integration point of a cell is.
-  pure function position_of(quadrature, mesh, cell, i) result(x)
-    type(body_quadrature_type), intent(in) :: quadrature
-    type(mesh_type), intent(in) :: mesh
-    integer, intent(in) :: cell, i
-    real(wp) :: x(mesh%dimension), functions(max_nodes)
-    integer :: n
-
-    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
-    call shape_functions(mesh%cell_kind(cell), quadrature%local(:, i), functions(:n))
-    x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
-  end function position_of
 
   !> The material point of a body in a cell that is nearest to a place, if nearer than the one so far.
   pure subroutine nearest_in(activation, points, cell, body, x, nearest)
@@ -160,26 +145,6 @@ contains
       nearest = p
     end do
   end subroutine nearest_in
-
-  !> The material point of a body nearest to a place.
-  pure integer function nearest_of_body(points, body, x) result(nearest)
-    type(points_type), intent(in) :: points
-    integer, intent(in) :: body
-    !> Place (dimension).
-    real(wp), intent(in) :: x(:)
-    real(wp) :: least, distance
-    integer :: p
-
-    nearest = 0
-    least = huge(least)
-    do p = 1, points%count
-      if (points%body(p) /= body) cycle
-      distance = sum((points%position(:, p) - x)**2)
-      if (distance >= least) cycle
-      least = distance
-      nearest = p
-    end do
-  end function nearest_of_body
 
   !> Material of the point that an integration point takes its state from.
   elemental integer function source_material(quadrature, points, i) result(material)

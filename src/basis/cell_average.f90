@@ -15,8 +15,8 @@ module qsmpm_cell_average
   use qsmpm_law, only: law_slot_type, is_nonlocal
   use qsmpm_domains, only: domains_type
   use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points
-  use qsmpm_body_quadrature, only: body_quadrature_type, received_states_type, put_bodies, is_filled
-  use qsmpm_cell_fit, only: fit_cell, fit_order, monomials, monomial_count
+  use qsmpm_body_quadrature, only: body_quadrature_type, put_bodies, is_filled
+  use qsmpm_cell_fit, only: fit_cell, monomials, monomial_count
   use qsmpm_integration, only: integration_type, allocate_integration, set_group_nodes, set_basis, &
     set_average, take_point
   implicit none
@@ -27,12 +27,10 @@ module qsmpm_cell_average
 contains
 
   !> Replace the points of full cells by Gauss points.
-  subroutine integrate_in_cells(mesh, space, is_axisymmetric, activation, points, laws, domains, integration, &
+  subroutine integrate_in_cells(mesh, space, activation, points, laws, domains, integration, &
     inaccurate, bodies, counted)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
-    !> Volumes are per radian.
-    logical, intent(in) :: is_axisymmetric
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
     type(law_slot_type), intent(in) :: laws(:)
@@ -51,7 +49,7 @@ contains
     integer :: g, own, before
 
     if (space%domains) then
-      call cut_domains(space, mesh%cell_count, is_axisymmetric, domains, pieces)
+      call cut_domains(space, mesh, domains, pieces)
     else
       call whole_points(activation, pieces)
     end if
@@ -61,7 +59,7 @@ contains
       call points_of_cell(activation, points, pieces, g, bodies, chosen)
       whole(g) = is_whole(activation, points, pieces, g, chosen, bodies)
     end do
-    integration%axisymmetric = is_axisymmetric
+    integration%axisymmetric = mesh%axisymmetric
     call set_group_nodes(mesh, space, pieces%cell, integration)
     call count_points(mesh, space, pieces, whole, integration%first, own)
     if (present(bodies)) integration%received = size(bodies%received%material)
@@ -69,7 +67,11 @@ contains
       integration%received + own, is_nonlocal(laws), integration, any(laws%pressure_factor > 0.0_wp))
     if (carries_water(points)) allocate (integration%water(3, integration%received + own), &
       source=ieee_value(0.0_wp, ieee_quiet_nan))
-    if (integration%received > 0) call take_received(bodies%received, integration)
+    if (integration%received > 0) then
+      integration%stress(:, :integration%received) = bodies%received%stress
+      integration%state(:, :integration%received) = bodies%received%state
+      integration%volume_ratio(:integration%received) = bodies%received%volume_ratio
+    end if
     inaccurate = 0
     own = integration%received
     do g = 1, size(whole)
@@ -84,16 +86,6 @@ contains
       end if
     end do
   end subroutine integrate_in_cells
-
-  !> Start states of points of other processes.
-  pure subroutine take_received(received, integration)
-    type(received_states_type), intent(in) :: received
-    type(integration_type), intent(inout) :: integration
-
-    integration%stress(:, :integration%received) = received%stress
-    integration%state(:, :integration%received) = received%state
-    integration%volume_ratio(:integration%received) = received%volume_ratio
-  end subroutine take_received
 
   !> The points that a cell owns; of a cell with parts of carried bodies those of the first one.
   pure subroutine points_of_cell(activation, points, pieces, g, bodies, chosen)
@@ -234,7 +226,8 @@ contains
     kind = mesh%cell_kind(integration%cell(group))
     material = points%material(chosen(1))
     fields = laws(material)%law%fit_count()
-    order = fit_order(space, mesh%dimension, size(chosen))
+    ! Quadratic for cubic splines where the cell has the points for it.
+    order = merge(2, 1, space%tensor .and. space%degree > 2 .and. size(chosen) > monomial_count(mesh%dimension, 2))
     allocate (coefficients(monomial_count(mesh%dimension, order), fields + 1), sampled(fields + 1))
     call fit_cell(kind, points, laws(material), chosen, coefficients, inaccurate)
     call cell_rule(space, kind, places, weights)

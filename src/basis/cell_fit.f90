@@ -7,13 +7,12 @@
 module qsmpm_cell_fit
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, local_centre
-  use qsmpm_space, only: space_type
   use qsmpm_points, only: points_type
   use qsmpm_law, only: law_slot_type
   implicit none
   private
 
-  public :: fit_cell, fit_order, monomials, monomial_count
+  public :: fit_cell, monomials, monomial_count
 
   !> Ridge of the fit, small against the 1/36 of evenly spread points.
   real(wp), parameter :: ridge = 1.0e-5_wp
@@ -109,16 +108,6 @@ contains
       end do
     end do
   end function monomials
-
-  !> Order of the fit in a cell: quadratic for cubic splines where the cell has the points for it.
-  pure integer function fit_order(space, dimension, points)
-    type(space_type), intent(in) :: space
-    !> 2 or 3, and the points of the cell.
-    integer, intent(in) :: dimension, points
-
-    fit_order = 1
-    if (space%tensor .and. space%degree > 2 .and. points > monomial_count(dimension, 2)) fit_order = 2
-  end function fit_order
 
   !> Monomials of a complete polynomial.
   pure integer function monomial_count(dimension, order)

@@ -11,6 +11,7 @@ module qsmpm_domain_pieces
   use qsmpm_spatial_lists, only: list_by_box
   use qsmpm_spline_axis, only: interval_cells
   use qsmpm_domains, only: domains_type, cells_of
+  use qsmpm_mesh, only: mesh_type
   implicit none
   private
 
@@ -47,13 +48,10 @@ contains
   end subroutine whole_points
 
   !> Cut the domains along the grid lines.
-  pure subroutine cut_domains(space, cell_count, axisymmetric, domains, pieces)
+  pure subroutine cut_domains(space, mesh, domains, pieces)
     !> The space of displacements: its axes hold the grid lines.
     type(space_type), intent(in) :: space
-    !> Number of cells of the grid.
-    integer, intent(in) :: cell_count
-    !> Volumes are per radian.
-    logical, intent(in) :: axisymmetric
+    type(mesh_type), intent(in) :: mesh
     type(domains_type), intent(in) :: domains
     type(pieces_type), intent(out) :: pieces
     integer, dimension(3, size(domains%low, 2)) :: from, to
@@ -64,7 +62,7 @@ contains
       call cells_of(space, domains, p, from(:, p), to(:, p))
     end do
     call list_by_box(from, to, space%axis%cell_count, first, pieces%point)
-    pieces%cell = pack([(c, c=1, cell_count)], first(2:) > first(:cell_count))
+    pieces%cell = pack([(c, c=1, mesh%cell_count)], first(2:) > first(:mesh%cell_count))
     pieces%first = [first(pieces%cell), size(pieces%point) + 1]
     n = size(pieces%point)
     allocate (pieces%share(n), pieces%low(size(domains%low, 1), n), pieces%high(size(domains%low, 1), n))
@@ -73,7 +71,7 @@ contains
         do n = pieces%first(g), pieces%first(g + 1) - 1
           p = pieces%point(n)
           call cut(space, domains, p, at, pieces%low(:, n), pieces%high(:, n), pieces%share(n))
-          if (axisymmetric) pieces%share(n) = pieces%share(n)*(pieces%low(1, n) + pieces%high(1, n)) &
+          if (mesh%axisymmetric) pieces%share(n) = pieces%share(n)*(pieces%low(1, n) + pieces%high(1, n)) &
             /(domains%low(1, p) + domains%high(1, p))
         end do
       end associate

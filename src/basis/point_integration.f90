@@ -28,11 +28,9 @@ module qsmpm_point_integration
 contains
 
   !> Groups of material points with their functions.
-  subroutine integrate_at_points(mesh, space, is_axisymmetric, activation, points, domains, integration, by_cells)
+  subroutine integrate_at_points(mesh, space, activation, points, domains, integration, by_cells)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
-    !> Volumes are per radian.
-    logical, intent(in) :: is_axisymmetric
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
     !> Domains of the points; used when the space is averaged.
@@ -46,7 +44,7 @@ contains
 
     cells = .not. space%averaged
     if (present(by_cells)) cells = cells .or. by_cells
-    integration%axisymmetric = is_axisymmetric
+    integration%axisymmetric = mesh%axisymmetric
     if (.not. space%averaged) then
       call set_group_nodes(mesh, space, activation%active_cell(:activation%active_count), integration)
     else if (cells) then

@@ -12,6 +12,7 @@ module qsmpm_pressure_groups
   use qsmpm_element, only: tri3, wedge6, tet4, face_corners, face_corner_count
   use qsmpm_mesh, only: mesh_type
   use qsmpm_sorting, only: order_columns
+  use qsmpm_tensor, only: cross
   implicit none
   private
 
@@ -124,7 +125,7 @@ contains
     else
       b(:d) = mesh%coordinates(:, corner(n)) - mesh%coordinates(:, corner(2))
       if (n == 3) b(:d) = mesh%coordinates(:, corner(2)) - mesh%coordinates(:, corner(1))
-      face_size = 0.5_wp*norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])
+      face_size = 0.5_wp*norm2(cross(a, b))
     end if
   end function face_size
 

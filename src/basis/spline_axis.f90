@@ -229,7 +229,7 @@ contains
     probes = 0
     do while (low < high)
       probes = probes + 1
-      if (is_beyond(axis, middle, x, upper)) then
+      if (x > axis%lines(middle + 1) .or. (upper .and. x >= axis%lines(middle + 1))) then
         low = middle + 1
         middle = low
       else
@@ -240,18 +240,6 @@ contains
     end do
     cell = low
   end function cell_of_line
-
-  !> Whether a coordinate lies above a cell.
-  pure logical function is_beyond(axis, cell, x, upper)
-    type(spline_axis_type), intent(in) :: axis
-    integer, intent(in) :: cell
-    !> Coordinate.
-    real(wp), intent(in) :: x
-    !> On the line above the cell: beyond it.
-    logical, intent(in) :: upper
-
-    is_beyond = x > axis%lines(cell + 1) .or. (upper .and. x >= axis%lines(cell + 1))
-  end function is_beyond
 
   !> Lowest order of derivative that jumps at an inner line; all from there to the degree do.
   pure integer function lowest_jump(axis, line)

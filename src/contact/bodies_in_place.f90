@@ -16,7 +16,7 @@ module qsmpm_bodies_in_place
   use qsmpm_rigid_bodies, only: make_shape, drawn_within
   use qsmpm_rigid_outline, only: outline_corners
   use qsmpm_rigid_pose, only: placed_shape_type
-  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, kind_half_space, kind_polygon
+  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, kind_half_space, kind_polygon, box_polygon
   use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
@@ -90,7 +90,8 @@ contains
 
     associate (shape => model%shapes(b), body => model%analysis%bodies(b))
       if (.not. allocated(shape%outline) .and. .not. allocated(shape%region) .and. &
-        model%analysis%mesh%kind == mesh_grid) call fill_mesh(model, shape)
+        model%analysis%mesh%kind == mesh_grid) &
+        shape%outline = box_polygon(model%mesh%bounds(:2, 1), model%mesh%bounds(:2, 2))
       if (.not. allocated(shape%outline)) then
         call add_diagnostic(diagnostics, body%where, '*BODY', "rigid bodies IN PLACE are taken out of bodies of "// &
           "type BOX and POLYGON, and of ALL of a *GRID: '"//body%name//"' is none of them")
@@ -105,16 +106,6 @@ contains
       end if
     end associate
   end subroutine cut_shape
-
-  !> The outline of a grid.
-  pure subroutine fill_mesh(model, shape)
-    type(model_type), intent(in) :: model
-    type(body_shape_type), intent(inout) :: shape
-
-    associate (low => model%mesh%bounds(:, 1), high => model%mesh%bounds(:, 2))
-      shape%outline = reshape([low(1), low(2), high(1), low(2), high(1), high(2), low(1), high(2)], [2, 4])
-    end associate
-  end subroutine fill_mesh
 
   !> Leave out what of the surfaces lies inside of a body in place.
   subroutine drop_buried_surfaces(model, diagnostics)

@@ -171,7 +171,7 @@ contains
     pressure = 0.0_wp
     call present_body_points(model, placed_bodies(model), on_bodies)
     own = own_of(model%part%surface, size(own))
-    call find_nearest_of_all(model, on_bodies, place, own, owner, nearest)
+    call find_nearest(model, on_bodies, place, own, owner, nearest)
     if (owner == 0) return
     weights = 0.0_wp
     sum_of_pressures = 0.0_wp
@@ -181,7 +181,9 @@ contains
       if (pairs(owner)%surface > 0) then
         do i = 1, surface%count
           if (surface%surface(i) /= pairs(owner)%surface .or. .not. own(i)) cycle
-          call add(surface%initial_position(:, i), surface%area(i)/drawn_radius(model, i), surface%contact_pressure(i))
+          call add(surface%initial_position(:, i), surface%area(i) &
+            /merge(surface%initial_position(1, i), 1.0_wp, model%analysis%model == axisymmetric), &
+            surface%contact_pressure(i))
         end do
       else
         allocate (lengths, source=[(model%body_outlines(k)%length, k=1, size(pairs))])
@@ -261,13 +263,14 @@ contains
     integer :: first, i, p, near
 
     depth = depth_cells*model%cell_size
-    associate (outline => model%body_outlines(pair), points => model%state%points)
+    associate (outline => model%body_outlines(pair), points => model%state%points, bounds => model%mesh%bounds)
       allocate (sector(maxval(outline%part)), soil(maxval(outline%part)), source=0.0_wp)
       allocate (open(size(sector)), source=.false.)
       first = findloc(on_bodies%pair, pair, dim=1)
       do i = first, first + outline%count - 1
         associate (c => on_bodies%patch(i))
-          open(c) = open(c) .or. (.not. on_bodies%touched(i) .and. in_mesh(model, on_bodies%position(:, i)))
+          open(c) = open(c) .or. (.not. on_bodies%touched(i) .and. &
+            all(on_bodies%position(:, i) > bounds(:, 1) .and. on_bodies%position(:, i) < bounds(:, 2)))
           if (on_bodies%touched(i)) open(c) = open(c) .or. on_bodies%cell_size(i) > wide*model%cell_size
           if (.not. (on_bodies%touched(i) .and. on_bodies%pressure(i) > 0.0_wp)) cycle
           distance = body%distance_at(place_of(on_bodies, i))
@@ -284,28 +287,12 @@ contains
         near = first - 1 + minloc(hypot(on_bodies%position(1, first:first + outline%count - 1) - place(1), &
           on_bodies%position(2, first:first + outline%count - 1) - place(2)), dim=1)
         if (.not. on_bodies%touched(near)) cycle
-        soil(on_bodies%patch(near)) = soil(on_bodies%patch(near)) + points%volume(p)/thickness(model, place)
+        soil(on_bodies%patch(near)) = soil(on_bodies%patch(near)) + points%volume(p) &
+          /merge(place(1), 1.0_wp, model%analysis%model == axisymmetric)
       end do
     end associate
     soil = total(model%part%team, soil)
   end subroutine measure_sectors
-
-  !> Whether a place is between the ends of the mesh.
-  pure logical function in_mesh(model, place)
-    type(model_type), intent(in) :: model
-    real(wp), intent(in) :: place(2)
-
-    in_mesh = all(place > model%mesh%bounds(:, 1) .and. place < model%mesh%bounds(:, 2))
-  end function in_mesh
-
-  !> Volume over area.
-  pure real(wp) function thickness(model, place)
-    type(model_type), intent(in) :: model
-    real(wp), intent(in) :: place(3)
-
-    thickness = 1.0_wp
-    if (model%analysis%model == axisymmetric) thickness = place(1)
-  end function thickness
 
   !> Middle of a patch.
   pure function middle_of(on_bodies, pair, patch) result(middle)
@@ -322,7 +309,7 @@ contains
   end function middle_of
 
   !> The contact whose point, as drawn, is nearest to a place, of all processes.
-  subroutine find_nearest_of_all(model, on_bodies, place, own, pair, distance)
+  subroutine find_nearest(model, on_bodies, place, own, pair, distance)
     type(model_type), intent(in) :: model
     !> Contact points on the bodies.
     type(body_points_type), intent(in) :: on_bodies
@@ -334,52 +321,28 @@ contains
     real(wp), intent(out) :: distance
     integer(long) :: number(1)
     real(wp) :: here
+    integer :: i
 
-    call find_nearest(model, on_bodies, place, own, pair, here)
+    pair = 0
+    here = huge(1.0_wp)
+    associate (surface => model%state%surface, pairs => model%contact_pairs)
+      do i = 1, surface%count
+        if (.not. (own(i) .and. any(pairs%surface == surface%surface(i)))) cycle
+        if (norm2(surface%initial_position(:, i) - place) >= here) cycle
+        here = norm2(surface%initial_position(:, i) - place)
+        pair = findloc(pairs%surface, surface%surface(i), dim=1)
+      end do
+    end associate
+    do i = 1, on_bodies%count
+      if (norm2(on_bodies%initial_position(:, i) - place) >= here) cycle
+      here = norm2(on_bodies%initial_position(:, i) - place)
+      pair = on_bodies%pair(i)
+    end do
     associate (team => model%part%team)
       distance = smallest(team, here)
       number = pair
       call spread_from(team, lowest_rank(team, here <= distance), number)
     end associate
     pair = int(number(1))
-  end subroutine find_nearest_of_all
-
-  !> The contact whose point, as drawn, is nearest to a place.
-  pure subroutine find_nearest(model, on_bodies, place, own, pair, distance)
-    type(model_type), intent(in) :: model
-    !> Contact points on the bodies.
-    type(body_points_type), intent(in) :: on_bodies
-    real(wp), intent(in) :: place(:)
-    !> Own surface points (surface points).
-    logical, intent(in) :: own(:)
-    !> 0 for none.
-    integer, intent(out) :: pair
-    real(wp), intent(out) :: distance
-    integer :: i
-
-    pair = 0
-    distance = huge(1.0_wp)
-    associate (surface => model%state%surface, pairs => model%contact_pairs)
-      do i = 1, surface%count
-        if (.not. (own(i) .and. any(pairs%surface == surface%surface(i)))) cycle
-        if (norm2(surface%initial_position(:, i) - place) >= distance) cycle
-        distance = norm2(surface%initial_position(:, i) - place)
-        pair = findloc(pairs%surface, surface%surface(i), dim=1)
-      end do
-    end associate
-    do i = 1, on_bodies%count
-      if (norm2(on_bodies%initial_position(:, i) - place) >= distance) cycle
-      distance = norm2(on_bodies%initial_position(:, i) - place)
-      pair = on_bodies%pair(i)
-    end do
   end subroutine find_nearest
-
-  !> By what the undeformed area of a surface point is larger than the length it stands for.
-  pure real(wp) function drawn_radius(model, i) result(radius)
-    type(model_type), intent(in) :: model
-    integer, intent(in) :: i
-
-    radius = 1.0_wp
-    if (model%analysis%model == axisymmetric) radius = model%state%surface%initial_position(1, i)
-  end function drawn_radius
 end module qsmpm_contact_results

@@ -9,10 +9,9 @@ module qsmpm_initial_contact
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: initial_stress_type, initial_k0
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points
-  use qsmpm_carried_basis, only: nearest_point
   use qsmpm_initial_stress, only: stresses_at_rest
   use qsmpm_model, only: model_type
-  use qsmpm_points, only: place_of
+  use qsmpm_points, only: place_of, nearest_point
   use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_rigid_shape, only: distance_type

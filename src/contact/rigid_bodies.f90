@@ -4,6 +4,13 @@
 !> The moment is about the reference point where it is at present: the centre of a circle or box, the tip of a cone, the
 !> point given of a plane, the centroid of a polygon, the middle of a cylinder's base. In axisymmetry forces are per
 !> radian, as reactions are.
+!>
+!> Strength of an interface as a share of that of the soil which touches it (*CONTACT, INTERFACE=R), as PLAXIS has it:
+!>
+!>   tan(delta) = R tan(phi),   a = R c,   a = R s_u of soil whose strength is that by place
+!>
+!> of the material of the nearest material point; a profile is asked where that point was at the start, as its law does.
+!> Strength that falls with strain does not fall here.
 module qsmpm_rigid_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -12,23 +19,25 @@ module qsmpm_rigid_bodies
     rigid_cylinder
   use qsmpm_body_points, only: make_body_outlines, lay_body_points
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
-  use qsmpm_interface_strength, only: check_interfaces
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_own_part, only: own_of
   use qsmpm_polygon, only: polygon_centroid
-  use qsmpm_points, only: place_of
+  use qsmpm_points, only: place_of, nearest_point
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, &
     box_polygon, turned_polygon, rounded_block, completed_by_image, largest_round
   use qsmpm_team, only: total
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: real_text
+  use qsmpm_material_description, only: material_type
+  use qsmpm_strength_profile, only: follows_stress, strength_at
+  use qsmpm_value_field, only: field_friction, value_at
   implicit none
   private
 
   public :: make_rigid_bodies, make_shape, lay_rigid_bodies, placed_bodies, pose_of, keep_rigid_body, force_on_body, &
-    motion_in_phase
+    motion_in_phase, interface_strength, check_interfaces
 
   character(len=*), parameter :: kept_name = 'rigid_bodies'
   !> Rows of the array that is kept: displacement, rotation, force and moment.
@@ -44,6 +53,7 @@ module qsmpm_rigid_bodies
   !> Cells within which a surface touches as drawn; share of it beside round corners that is warned of, and that is
   !> worth a word where the surface adheres.
   real(wp), parameter :: touching = 1.0e-3_wp, much_beside = 0.1_wp, some_beside = 0.03_wp
+
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
 contains
@@ -295,4 +305,55 @@ contains
       end do
     end associate
   end function motion_in_phase
+
+  !> Tangent of the angle of friction, and adhesion, of an interface at a place.
+  pure function interface_strength(model, share, x) result(strength)
+    type(model_type), intent(in) :: model
+    !> R.
+    real(wp), intent(in) :: share
+    !> Present place (dimension).
+    real(wp), intent(in) :: x(:)
+    real(wp) :: strength(2), place(3)
+    integer :: p
+
+    p = nearest_point(model%state%points, x)
+    place = 0.0_wp
+    place(:size(x)) = model%state%points%initial_position(:, p)
+    associate (material => model%analysis%materials(model%state%points%material(p)))
+      strength(1) = share*tan(degree*value_at(material%strength_profile%fields, field_friction, place, &
+        material%friction_angle))
+      strength(2) = share*max(material%cohesion, strength_at(material%strength_profile, place))
+    end associate
+  end function interface_strength
+
+  !> An interface by a share wants soil whose strength is known: c and phi of *MOHR COULOMB.
+  subroutine check_interfaces(model, diagnostics)
+    type(model_type), intent(in) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: i, m
+
+    do i = 1, size(model%analysis%contacts)
+      if (.not. model%analysis%contacts(i)%interface > 0.0_wp) cycle
+      do m = 1, size(model%analysis%materials)
+        associate (material => model%analysis%materials(m), where => model%analysis%contacts(i)%where)
+          if (.not. has_strength(material)) call add_diagnostic(diagnostics, where, '*CONTACT', 'INTERFACE takes a '// &
+            "share of c and phi of *MOHR COULOMB, which material '"//material%name//"' does not have: give "// &
+            'FRICTION ANGLE and ADHESION')
+          ! Contact carries the total stress of undrained soil.
+          if (material%undrained%given .and. material%friction_angle > 0.0_wp) call add_diagnostic(diagnostics, where, &
+            '*CONTACT', "INTERFACE requires s_u of undrained material '"//material%name//"', which is a result "// &
+            "with a "// &
+            'friction angle: give ADHESION, or c = s_u and phi = 0')
+        end associate
+      end do
+    end do
+  end subroutine check_interfaces
+
+  !> Whether a material is one of Mohr and Coulomb.
+  pure logical function has_strength(material)
+    type(material_type), intent(in) :: material
+
+    has_strength = material%mohr_coulomb .and. .not. (material%user%given .or. material%own_law .or. &
+      allocated(material%soil_law) .or. follows_stress(material%strength_profile))
+  end function has_strength
 end module qsmpm_rigid_bodies

@@ -6,7 +6,7 @@ module qsmpm_sharing_limits
   use qsmpm_cell_sharing, only: has_boxes
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_model, only: model_type
-  use qsmpm_softening_parameters, only: regularise_nonlocal
+  use qsmpm_material_parameters, only: regularise_nonlocal
   use qsmpm_text, only: integer_text
   implicit none
   private

@@ -5,12 +5,14 @@
 module qsmpm_source_sharing
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
-  use qsmpm_body_quadrature, only: body_quadrature_type, position_of, nearest_in, nearest_of_body
+  use qsmpm_body_quadrature, only: body_quadrature_type, nearest_in
   use qsmpm_cell_numbers, only: whole_cells, window_cells
   use qsmpm_team, only: hand_over
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_ring_exchange, only: near_cells
+  use qsmpm_mesh_measure, only: place_in_cell
+  use qsmpm_points, only: nearest_point
   implicit none
   private
 
@@ -74,7 +76,7 @@ contains
     end do
     allocate (questions(model%mesh%dimension + 2, size(asking)))
     do i = 1, size(asking)
-      questions(:, i) = [position_of(quadrature, model%mesh, cell(i), asking(i)), &
+      questions(:, i) = [place_in_cell(model%mesh, cell(i), quadrature%local(:, asking(i))), &
         real([whole_cells(model, [cell(i)]), quadrature%body(asking(i))], wp)]
     end do
   end subroutine list_questions
@@ -139,7 +141,7 @@ contains
           call nearest_in(activation, points, model%mesh%vertex_neighbour(k), body, x, p)
         end do
       else
-        p = nearest_of_body(points, body, x)
+        p = nearest_point(points, x, body)
       end if
       if (p == 0) return
       answer(:keys) = [sum((points%position(:, p) - x)**2), 0.0_wp, 0.0_wp, real(points%number(p), wp)]

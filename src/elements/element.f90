@@ -6,13 +6,13 @@
 module qsmpm_element
   use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
     wedge15, element_kind_count, max_nodes, max_faces, element_name, element_from_name, &
-    node_count, corner_count, local_dimension, face_count, vtk_type, linear_kind, element_order
+    node_count, corner_count, local_dimension, face_count, vtk_type, linear_kind, element_order, default_count
   use qsmpm_element_topology, only: face_corners, face_corner_count, mid_edges, &
     local_nodes, local_centre, inside_distance
   use qsmpm_element_shape, only: shape_functions, shape_gradients, shape_second_gradients, element_geometry
   use qsmpm_element_face, only: face_rule, face_area_vector
   use qsmpm_quadrature, only: gauss_rule, full_rule
-  use qsmpm_seed_rules, only: seed_rule, allowed_counts, default_count
+  use qsmpm_seed_rules, only: seed_rule, allowed_counts
   implicit none
   private
 

@@ -10,6 +10,7 @@ module qsmpm_element_face
   use qsmpm_element_shape, only: shape_gradients, element_jacobian
   use qsmpm_line_rule, only: line_gauss
   use qsmpm_quadrature, only: gauss_rule
+  use qsmpm_tensor, only: cross
   implicit none
   private
 
@@ -70,6 +71,6 @@ contains
       return
     end if
     t = matmul(jacobian, directions(:, 2))
-    vector(:3) = [s(2)*t(3) - s(3)*t(2), s(3)*t(1) - s(1)*t(3), s(1)*t(2) - s(2)*t(1)]
+    vector(:3) = cross(s, t)
   end subroutine face_area_vector
 end module qsmpm_element_face

@@ -8,8 +8,7 @@ module qsmpm_element_kinds
   implicit none
   private
 
-  public :: element_name, element_from_name, node_count, corner_count, local_dimension
-  public :: face_count, vtk_type, linear_kind, element_order
+  public :: element_name, element_from_name
 
   integer, parameter, public :: tri3 = 1
   integer, parameter, public :: tri6 = 2
@@ -60,6 +59,17 @@ module qsmpm_element_kinds
     element_type('WEDGE15', wedge6, 3, 15, 5, 26, 18, 2, 18, [8, 9, 18, 36, 0, 0, 0, 0]), &
     element_type('QUAD9', quad4, 2, 9, 4, 28, 10, 5, 9, quad_counts)]
 
+  !> Of each kind: nodes, local coordinates (2 or 3), faces (edges in 2D), cell type of the VTK file formats, and points
+  !> where the deck does not say.
+  integer, parameter, public :: node_count(element_kind_count) = elements%nodes, &
+    local_dimension(element_kind_count) = elements%dimension, face_count(element_kind_count) = elements%faces, &
+    vtk_type(element_kind_count) = elements%vtk, default_count(element_kind_count) = elements%points
+
+  !> The kind of the same form with corner nodes only, corner nodes, and order of the shape functions along an edge.
+  integer, parameter, public :: linear_kind(element_kind_count) = elements%form, &
+    corner_count(element_kind_count) = node_count(linear_kind), &
+    element_order(element_kind_count) = merge(1, 2, node_count == corner_count)
+
 contains
 
   !> Name of a kind in capitals, as the deck writes it.
@@ -78,60 +88,4 @@ contains
 
     kind = findloc(elements%name, name, dim=1)
   end function element_from_name
-
-  !> Number of nodes.
-  elemental integer function node_count(kind)
-    !> Element kind.
-    integer, intent(in) :: kind
-
-    node_count = elements(kind)%nodes
-  end function node_count
-
-  !> Number of corner nodes.
-  elemental integer function corner_count(kind)
-    !> Element kind.
-    integer, intent(in) :: kind
-
-    corner_count = elements(elements(kind)%form)%nodes
-  end function corner_count
-
-  !> Number of local coordinates, 2 or 3.
-  elemental integer function local_dimension(kind)
-    !> Element kind.
-    integer, intent(in) :: kind
-
-    local_dimension = elements(kind)%dimension
-  end function local_dimension
-
-  !> Number of faces (edges in 2D).
-  elemental integer function face_count(kind)
-    !> Element kind.
-    integer, intent(in) :: kind
-
-    face_count = elements(kind)%faces
-  end function face_count
-
-  !> Cell type number of the VTK file formats.
-  elemental integer function vtk_type(kind)
-    !> Element kind.
-    integer, intent(in) :: kind
-
-    vtk_type = elements(kind)%vtk
-  end function vtk_type
-
-  !> Kind of the same form with corner nodes only.
-  elemental integer function linear_kind(kind)
-    !> Element kind.
-    integer, intent(in) :: kind
-
-    linear_kind = elements(kind)%form
-  end function linear_kind
-
-  !> Order of the shape functions along an edge: 1 or 2.
-  elemental integer function element_order(kind)
-    !> Element kind.
-    integer, intent(in) :: kind
-
-    element_order = merge(1, 2, elements(kind)%form == kind)
-  end function element_order
 end module qsmpm_element_kinds

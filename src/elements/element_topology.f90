@@ -4,10 +4,8 @@
 !> local point to each face. What lies in the global mesh (neighbours) is left to the mesh folder.
 module qsmpm_element_topology
   use qsmpm_kinds, only: wp
-  use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, corner_count, local_dimension, node_count, &
-    element_order, linear_kind
-  use qsmpm_element_tables, only: triangle_corners, quad_corners, tet_corners, hex_corners, &
-    wedge_corners, triangle_edges, quad_edges, tet_edges, hex_edges, wedge_edges, tet_faces, hex_faces, wedge_faces
+  use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, corner_count, local_dimension, node_count, linear_kind
+  use qsmpm_element_tables, only: table_of, corner_table, edge_table, face_table
   implicit none
   private
 
@@ -21,16 +19,7 @@ contains
     !> Element kind; local face number.
     integer, intent(in) :: kind, face
 
-    select case (linear_kind(kind))
-    case (tet4)
-      n = 3
-    case (hex8)
-      n = 4
-    case (wedge6)
-      n = merge(3, 4, face <= 2)
-    case default
-      n = 2
-    end select
+    n = count(face_table(:, face, table_of(kind)) > 0)
   end function face_corner_count
 
   !> Local numbers of the corners of a face, seen from outside counter-clockwise.
@@ -40,21 +29,7 @@ contains
     !> Local node numbers.
     integer :: corners(face_corner_count(kind, face))
 
-    integer :: n
-
-    n = size(corners)
-    select case (linear_kind(kind))
-    case (tri3)
-      corners = triangle_edges(:n, face)
-    case (quad4)
-      corners = quad_edges(:n, face)
-    case (tet4)
-      corners = tet_faces(:n, face)
-    case (hex8)
-      corners = hex_faces(:n, face)
-    case (wedge6)
-      corners = wedge_faces(:n, face)
-    end select
+    corners = face_table(:size(corners), face, table_of(kind))
   end function face_corners
 
   !> The two corners of the edge that each mid node halves; no columns for linear kinds.
@@ -64,42 +39,8 @@ contains
     !> Local corner numbers (2, mid nodes).
     integer :: edges(2, node_count(kind) - corner_count(kind))
 
-    if (element_order(kind) == 1) return
-    select case (linear_kind(kind))
-    case (tri3)
-      edges = triangle_edges
-    case (quad4)
-      edges = quad_edges(:, :size(edges, 2))
-    case (tet4)
-      edges = tet_edges
-    case (hex8)
-      edges = hex_edges
-    case (wedge6)
-      edges = wedge_edges
-    end select
+    edges = edge_table(:, :size(edges, 2), table_of(kind))
   end function mid_edges
-
-  !> Local coordinates of a corner.
-  pure function corner_place(kind, corner) result(local)
-    !> Element kind; local corner number.
-    integer, intent(in) :: kind, corner
-    !> Local coordinates, the third 0 in 2D.
-    real(wp) :: local(3)
-
-    local = 0.0_wp
-    select case (linear_kind(kind))
-    case (tri3)
-      local(:2) = triangle_corners(:, corner)
-    case (quad4)
-      local(:2) = quad_corners(:, corner)
-    case (tet4)
-      local = tet_corners(:, corner)
-    case (hex8)
-      local = hex_corners(:, corner)
-    case (wedge6)
-      local = wedge_corners(:, corner)
-    end select
-  end function corner_place
 
   !> Local coordinates of all nodes.
   pure function local_nodes(kind) result(places)
@@ -109,13 +50,9 @@ contains
     real(wp) :: places(local_dimension(kind), node_count(kind))
 
     integer :: i, n, edges(2, node_count(kind) - corner_count(kind))
-    real(wp) :: place(3)
 
     n = corner_count(kind)
-    do i = 1, n
-      place = corner_place(kind, i)
-      places(:, i) = place(:size(places, 1))
-    end do
+    places(:, :n) = corner_table(:size(places, 1), :n, table_of(kind))
     edges = mid_edges(kind)
     do i = 1, size(edges, 2)
       places(:, n + i) = 0.5_wp*(places(:, edges(1, i)) + places(:, edges(2, i)))
@@ -175,10 +112,12 @@ contains
     integer :: corners(face_corner_count(kind, face))
 
     corners = face_corners(kind, face)
-    origin = corner_place(kind, corners(1))
-    directions = 0.0_wp
-    directions(:, 1) = corner_place(kind, corners(2)) - origin
-    if (size(corners) > 2) directions(:, 2) = corner_place(kind, corners(size(corners))) - origin
+    associate (places => corner_table(:, :, table_of(kind)))
+      origin = places(:, corners(1))
+      directions = 0.0_wp
+      directions(:, 1) = places(:, corners(2)) - origin
+      if (size(corners) > 2) directions(:, 2) = places(:, corners(size(corners))) - origin
+    end associate
     if (size(corners) == 3) return
     directions = 0.5_wp*directions
     origin = origin + directions(:, 1) + directions(:, 2)

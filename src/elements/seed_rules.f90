@@ -10,24 +10,16 @@ module qsmpm_seed_rules
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: integer_text
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, linear_kind, element_name, elements
+  use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, linear_kind, element_name, elements, default_count
   use qsmpm_line_rule, only: line_gauss, line_even
   use qsmpm_simplex_rule, only: simplex_gauss, triangle_even, tet_even
   use qsmpm_quadrature, only: square_rule, cube_rule, layer_rule
   implicit none
   private
 
-  public :: seed_rule, allowed_counts, default_count
+  public :: seed_rule, allowed_counts
 
 contains
-
-  !> Number of points of an element when the deck does not say.
-  elemental integer function default_count(kind)
-    !> Element kind.
-    integer, intent(in) :: kind
-
-    default_count = elements(kind)%points
-  end function default_count
 
   !> Numbers of points there is a rule for, rising.
   pure function allowed_counts(kind) result(counts)

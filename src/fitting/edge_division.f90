@@ -19,12 +19,11 @@ module qsmpm_edge_division
   !> A piece is not halved more often.
   integer, parameter :: most_halvings = 24
 
-  !> Pairs of edges that meet at an acute corner.
+  !> Two edges that meet at an acute corner.
   type :: wedge_type
-    integer :: count = 0
-    !> Edges (2, count), their corner and its angle in radians.
-    integer, allocatable :: edge(:, :), vertex(:)
-    real(wp), allocatable :: angle(:)
+    integer :: edge(2), vertex
+    !> In radians.
+    real(wp) :: angle
   end type wedge_type
 
 contains
@@ -32,11 +31,11 @@ contains
   !> All acute corners.
   pure subroutine find_wedges(graph, wedges)
     type(outline_graph_type), intent(in) :: graph
-    type(wedge_type), intent(out) :: wedges
+    type(wedge_type), allocatable, intent(out) :: wedges(:)
     integer :: e, f, i, j, v
     real(wp) :: angle
 
-    allocate (wedges%edge(2, 16), wedges%vertex(16), wedges%angle(16))
+    allocate (wedges(0))
     do e = 1, size(graph%ends, 2)
       do f = e + 1, size(graph%ends, 2)
         do i = 1, 2
@@ -45,28 +44,12 @@ contains
             v = graph%ends(i, e)
             angle = angle_between(graph%vertex(:, graph%ends(3 - i, e)) - graph%vertex(:, v), &
               graph%vertex(:, graph%ends(3 - j, f)) - graph%vertex(:, v))
-            if (angle < acute) call add_wedge(wedges, e, f, v, angle)
+            if (angle < acute) wedges = [wedges, wedge_type([e, f], v, angle)]
           end do
         end do
       end do
     end do
   end subroutine find_wedges
-
-  pure subroutine add_wedge(wedges, e, f, v, angle)
-    type(wedge_type), intent(inout) :: wedges
-    integer, intent(in) :: e, f, v
-    real(wp), intent(in) :: angle
-
-    if (wedges%count == size(wedges%vertex)) then
-      wedges%edge = reshape([wedges%edge, wedges%edge], [2, 2*wedges%count])
-      wedges%vertex = [wedges%vertex, wedges%vertex]
-      wedges%angle = [wedges%angle, wedges%angle]
-    end if
-    wedges%count = wedges%count + 1
-    wedges%edge(:, wedges%count) = [e, f]
-    wedges%vertex(wedges%count) = v
-    wedges%angle(wedges%count) = angle
-  end subroutine add_wedge
 
   !> Angle between two directions.
   pure real(wp) function angle_between(u, v)
@@ -142,7 +125,7 @@ contains
   !> Where edges are cut: shares between 0 and 1 of edge e stand in share(first(e) : first(e+1)-1), rising.
   pure subroutine divide_edges(graph, wedges, sizes, first, share)
     type(outline_graph_type), intent(in) :: graph
-    type(wedge_type), intent(in) :: wedges
+    type(wedge_type), intent(in) :: wedges(:)
     type(leaf_sizes_type), intent(in) :: sizes
     integer, allocatable, intent(out) :: first(:)
     real(wp), allocatable, intent(out) :: share(:)
@@ -173,14 +156,14 @@ contains
 
   !> Share of an edge that its first piece at a corner takes, 0 where the corner is not acute or the edge short.
   pure real(wp) function first_share(wedges, edge, vertex, begin, length)
-    type(wedge_type), intent(in) :: wedges
+    type(wedge_type), intent(in) :: wedges(:)
     integer, intent(in) :: edge, vertex
     real(wp), intent(in) :: begin(:), length
     integer :: w
 
     first_share = 0.0_wp
-    do w = 1, wedges%count
-      if (wedges%vertex(w) /= vertex .or. all(wedges%edge(:, w) /= edge)) cycle
+    do w = 1, size(wedges)
+      if (wedges(w)%vertex /= vertex .or. all(wedges(w)%edge /= edge)) cycle
       if (begin(vertex) < 0.9_wp*length) first_share = begin(vertex)/length
       return
     end do
@@ -189,14 +172,14 @@ contains
   !> Length of the first pieces at acute corners.
   pure function first_pieces(graph, wedges, sizes) result(begin)
     type(outline_graph_type), intent(in) :: graph
-    type(wedge_type), intent(in) :: wedges
+    type(wedge_type), intent(in) :: wedges(:)
     type(leaf_sizes_type), intent(in) :: sizes
     real(wp) :: begin(size(graph%vertex, 2)), shortest
     integer :: e, w
 
     begin = 0.0_wp
-    do w = 1, wedges%count
-      associate (v => wedges%vertex(w))
+    do w = 1, size(wedges)
+      associate (v => wedges(w)%vertex)
         if (begin(v) > 0.0_wp) cycle
         shortest = huge(shortest)
         do e = 1, size(graph%ends, 2)

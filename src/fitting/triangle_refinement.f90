@@ -33,7 +33,7 @@ module qsmpm_triangle_refinement
     type(lattice_type) :: lattice
     type(leaf_sizes_type) :: sizes
     type(outline_graph_type) :: graph
-    type(wedge_type) :: wedges
+    type(wedge_type), allocatable :: wedges(:)
     !> Node of each vertex of the graph.
     integer, allocatable :: node_at(:)
     !> What each node lies on: an edge of the graph, a vertex (minus its number), 0 nothing.
@@ -289,8 +289,8 @@ contains
 
     is_wedged = .false.
     if (scene%lies_on(node) >= 0) return
-    do w = 1, scene%wedges%count
-      is_wedged = scene%wedges%vertex(w) == -scene%lies_on(node) .and. any(scene%wedges%edge(:, w) == edge)
+    do w = 1, size(scene%wedges)
+      is_wedged = scene%wedges(w)%vertex == -scene%lies_on(node) .and. any(scene%wedges(w)%edge == edge)
       if (is_wedged) return
     end do
   end function is_wedged
@@ -347,7 +347,7 @@ contains
       is_dictated = is_dictated .or. scene%lattice%step*sqrt(square(k)) < finest_edge*finest_size(scene%sizes, x)
       associate (node => scene%t%corner(k, cell))
         if (scene%lies_on(node) < 0) is_dictated = is_dictated .or. &
-          any(scene%wedges%vertex(:scene%wedges%count) == -scene%lies_on(node))
+          any(scene%wedges%vertex == -scene%lies_on(node))
         is_dictated = is_dictated .or. wedge_across(scene, scene%t%corner(next_of(k), cell), &
           scene%t%corner(previous_of(k), cell)) > 0.0_wp
       end associate
@@ -363,14 +363,14 @@ contains
 
     wedge_across = 0.0_wp
     if (scene%lies_on(p) == 0 .or. scene%lies_on(q) == 0) return
-    do w = 1, scene%wedges%count
-      associate (e => scene%wedges%edge(1, w), f => scene%wedges%edge(2, w), &
-        corner => scene%t%node(:, scene%node_at(scene%wedges%vertex(w))))
+    do w = 1, size(scene%wedges)
+      associate (e => scene%wedges(w)%edge(1), f => scene%wedges(w)%edge(2), &
+        corner => scene%t%node(:, scene%node_at(scene%wedges(w)%vertex)))
         if (.not. ((is_on(scene, p, e) .and. is_on(scene, q, f)) .or. &
           (is_on(scene, p, f) .and. is_on(scene, q, e)))) cycle
         a = norm2(real(scene%t%node(:, p) - corner, wp))
         b = norm2(real(scene%t%node(:, q) - corner, wp))
-        if (abs(a - b) < as_far*max(a, b)) wedge_across = scene%wedges%angle(w)
+        if (abs(a - b) < as_far*max(a, b)) wedge_across = scene%wedges(w)%angle
       end associate
       if (wedge_across > 0.0_wp) return
     end do

@@ -7,9 +7,17 @@ module qsmpm_polygon
   implicit none
   private
 
-  public :: polygon_area, polygon_centroid, polygon_second, polygon_contains, clip_by_convex
+  public :: polygon_area, polygon_centroid, polygon_second, polygon_contains, clip_by_convex, turn
 
 contains
+
+  !> Third component of the cross product of plane vectors.
+  pure real(wp) function turn(a, b)
+    !> Vectors (2).
+    real(wp), intent(in) :: a(2), b(2)
+
+    turn = a(1)*b(2) - a(2)*b(1)
+  end function turn
 
   !> Signed area, positive when counter-clockwise; of places from the first vertex, so that its rounding is that of the
   !> polygon wherever this lies.
@@ -68,7 +76,7 @@ contains
       j = mod(i, n) + 1
       a = vertices(:, i) - centroid
       b = vertices(:, j) - centroid
-      cross = a(1)*b(2) - a(2)*b(1)
+      cross = turn(a, b)
       do k = 1, 2
         second(:, k) = second(:, k) + cross*(a*a(k) + b*b(k) + (a + b)*(a(k) + b(k)))
       end do

@@ -7,7 +7,7 @@
 !> by slits, pairs of opposite edges of no area, which sums over edges and the even-odd rule do not see.
 module qsmpm_polygon_difference
   use qsmpm_kinds, only: wp
-  use qsmpm_polygon, only: polygon_area, polygon_contains
+  use qsmpm_polygon, only: polygon_area, polygon_contains, turn
   implicit none
   private
 
@@ -147,13 +147,6 @@ contains
     n = n + 1
     place(n) = value
   end subroutine append
-
-  !> Third component of the cross product.
-  pure real(wp) function turn(a, b)
-    real(wp), intent(in) :: a(2), b(2)
-
-    turn = a(1)*b(2) - a(2)*b(1)
-  end function turn
 
   !> The node at a place; a new one where there is none.
   pure subroutine add_node(x, tolerance, nodes, number)

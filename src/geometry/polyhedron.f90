@@ -6,6 +6,8 @@
 !> the facet, a convex solid cut off by four planes, and the same holds for the first moment.
 !> Nothing is tested for lying on a face, so nothing can be tested wrongly; facets that stand along
 !> z count nothing. The surface need not be convex or in one piece.
+!>
+!> Triangles that bound an upright prism over an outline.
 module qsmpm_polyhedron
   use qsmpm_kinds, only: wp
   use qsmpm_sorting, only: sort
@@ -16,8 +18,8 @@ module qsmpm_polyhedron
   implicit none
   private
 
-  public :: polyhedron_type, make_polyhedron, polyhedron_volume, polyhedron_contains, find_crossings, &
-    facets_over, moments_in_tets, facet_normal
+  public :: polyhedron_type, make_polyhedron, polyhedron_volume, polyhedron_contains, find_crossings, facets_over, &
+    moments_in_tets, facet_normal, prism_caps, prism_walls
 
   !> A closed surface of triangles, and bins in the x-y plane to find those above a place.
   type :: polyhedron_type
@@ -104,16 +106,7 @@ contains
       end do
     end do
     call sort(near(:n))
-    deallocate (found)
-    k = 0
-    do i = 1, n
-      if (k > 0) then
-        if (near(k) == near(i)) cycle
-      end if
-      k = k + 1
-      near(k) = near(i)
-    end do
-    allocate (found, source=near(:k))
+    found = pack(near(:n), [(i == 1 .or. near(i) /= near(max(1, i - 1)), i=1, n)])
   end subroutine facets_over
 
   !> Normal of a facet, as long as twice its area.
@@ -212,9 +205,9 @@ contains
     real(wp), intent(in), optional :: about(3)
     !> Integral of (x - about)(x - about)' (3,3).
     real(wp), intent(out), optional :: second(3, 3)
-    type(tet_list_type) :: part, next
+    type(tet_list_type) :: part(2)
     real(wp) :: low(3), high(3), normal(3), corners(3, 3), wall(3)
-    integer :: i, k
+    integer :: i, k, now
 
     volume = 0.0_wp
     moment = 0.0_wp
@@ -229,28 +222,57 @@ contains
       normal = facet_normal(corners)
       if (.not. abs(normal(3)) > 0.0_wp) cycle
       if (normal(3) < 0.0_wp) corners = corners(:, [1, 3, 2])
-      call cut_tets(tets, corners(:, 1), sign(1.0_wp, normal(3))*normal, part)
+      call cut_tets(tets, corners(:, 1), sign(1.0_wp, normal(3))*normal, part(1))
+      now = 1
       do k = 1, 3
         wall(:2) = corners(:2, mod(k, 3) + 1) - corners(:2, k)
         wall = [wall(2), -wall(1), 0.0_wp]
-        call cut_tets(part, corners(:, k), wall, next)
-        call swap(part, next)
+        call cut_tets(part(now), corners(:, k), wall, part(3 - now))
+        now = 3 - now
       end do
-      call add_moments(part, sign(1.0_wp, normal(3)), volume, moment, about, second)
+      call add_moments(part(now), sign(1.0_wp, normal(3)), volume, moment, about, second)
     end do
   end subroutine moments_in_tets
 
-  !> Exchange two lists.
-  pure subroutine swap(a, b)
-    type(tet_list_type), intent(inout) :: a, b
-    real(wp), allocatable :: corners(:, :, :)
-    integer :: count
+  !> Facets that bound an upright prism from above and below; its walls count nothing and are left
+  !> out. The fans may overlap where the outline is not convex: their signs cancel.
+  pure subroutine prism_caps(outline, low, high, facets)
+    !> Vertices, counter-clockwise (2,n).
+    real(wp), intent(in) :: outline(:, :)
+    !> Limits along z.
+    real(wp), intent(in) :: low, high
+    !> Corners (3, 3, 2(n-2)).
+    real(wp), allocatable, intent(out) :: facets(:, :, :)
+    integer :: i, n
 
-    call move_alloc(a%corners, corners)
-    call move_alloc(b%corners, a%corners)
-    call move_alloc(corners, b%corners)
-    count = a%count
-    a%count = b%count
-    b%count = count
-  end subroutine swap
+    n = size(outline, 2)
+    allocate (facets(3, 3, 2*(n - 2)))
+    do i = 1, n - 2
+      facets(:2, :, i) = outline(:, [1, i + 1, i + 2])
+      facets(3, :, i) = high
+      facets(:2, :, n - 2 + i) = outline(:, [1, i + 2, i + 1])
+      facets(3, :, n - 2 + i) = low
+    end do
+  end subroutine prism_caps
+
+  !> Walls of an upright prism.
+  pure subroutine prism_walls(outline, low, high, facets)
+    !> Vertices, counter-clockwise (2,n).
+    real(wp), intent(in) :: outline(:, :)
+    !> Limits along z.
+    real(wp), intent(in) :: low, high
+    !> Corners, counter-clockwise seen from outside (3, 3, 2n).
+    real(wp), allocatable, intent(out) :: facets(:, :, :)
+    real(wp) :: wall(3, 4)
+    integer :: i, n
+
+    n = size(outline, 2)
+    allocate (facets(3, 3, 2*n))
+    do i = 1, n
+      wall(:2, :) = outline(:, [i, mod(i, n) + 1, mod(i, n) + 1, i])
+      wall(3, :) = [low, low, high, high]
+      facets(:, :, 2*i - 1) = wall(:, [1, 2, 3])
+      facets(:, :, 2*i) = wall(:, [1, 3, 4])
+    end do
+  end subroutine prism_walls
 end module qsmpm_polyhedron

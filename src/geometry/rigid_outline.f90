@@ -20,13 +20,12 @@ module qsmpm_rigid_outline
     integer, allocatable :: part(:)
   end type rigid_outline_type
 
-  !> Straight pieces and arcs, one behind the other.
-  type :: pieces_type
-    integer :: count = 0
-    !> Start of a straight piece or centre of an arc (2, pieces); direction, or radius and angle at the start.
-    real(wp), allocatable :: start(:, :), aim(:, :), length(:)
-    logical, allocatable :: straight(:)
-  end type pieces_type
+  !> A straight piece or an arc.
+  type :: piece_type
+    !> Start of a straight piece or centre of an arc; direction, or radius and angle at the start.
+    real(wp) :: start(2), aim(2), length
+    logical :: straight
+  end type piece_type
 
   real(wp), parameter :: pi = acos(-1.0_wp)
   !> Chords by which a full circle is drawn.
@@ -41,7 +40,7 @@ contains
     real(wp), intent(in) :: part_length
     integer, intent(in) :: places_of_part
     type(rigid_outline_type), intent(out) :: outline
-    type(pieces_type) :: pieces
+    type(piece_type), allocatable :: pieces(:)
     real(wp) :: total
     integer :: i, parts
 
@@ -67,7 +66,7 @@ contains
     integer, intent(in), optional :: chords_of_circle
     !> (2,n)
     real(wp), allocatable :: corners(:, :)
-    type(pieces_type) :: pieces
+    type(piece_type), allocatable :: pieces(:)
     real(wp) :: part
     integer :: k, i, chords, of_circle
 
@@ -81,13 +80,13 @@ contains
     end if
     call find_pieces(shape, pieces)
     part = 0.0_wp
-    do k = 1, pieces%count
+    do k = 1, size(pieces)
       chords = 1
-      if (.not. pieces%straight(k)) chords = max(1, nint(of_circle*pieces%length(k)/(2.0_wp*pi*pieces%aim(1, k))))
+      if (.not. pieces(k)%straight) chords = max(1, nint(of_circle*pieces(k)%length/(2.0_wp*pi*pieces(k)%aim(1))))
       do i = 0, chords - 1
-        call add_corner(place_along(pieces, part + i*pieces%length(k)/chords))
+        call add_corner(place_along(pieces, part + i*pieces(k)%length/chords))
       end do
-      part = part + pieces%length(k)
+      part = part + pieces(k)%length
     end do
 
   contains
@@ -102,9 +101,9 @@ contains
   !> Pieces of an outline; none of a plane.
   pure subroutine find_pieces(shape, pieces)
     type(rigid_shape_type), intent(in) :: shape
-    type(pieces_type), intent(out) :: pieces
+    type(piece_type), allocatable, intent(out) :: pieces(:)
 
-    allocate (pieces%start(2, 0), pieces%aim(2, 0), pieces%length(0), pieces%straight(0))
+    allocate (pieces(0))
     select case (shape%kind)
     case (kind_ball)
       call add_arc(pieces, shape%place(:2), shape%radius, -0.5_wp*pi, 2.0_wp*pi)
@@ -117,7 +116,7 @@ contains
   pure subroutine add_polygon(core, round, pieces)
     !> (2, vertices)
     real(wp), intent(in) :: core(:, :), round
-    type(pieces_type), intent(inout) :: pieces
+    type(piece_type), allocatable, intent(inout) :: pieces(:)
     real(wp), dimension(2, size(core, 2)) :: normal, from, to
     real(wp) :: turn(size(core, 2)), at_start(size(core, 2)), before(2)
     integer :: i, n, next
@@ -147,50 +146,38 @@ contains
 
   !> A straight piece.
   pure subroutine add_line(pieces, from, to)
-    type(pieces_type), intent(inout) :: pieces
+    type(piece_type), allocatable, intent(inout) :: pieces(:)
     real(wp), intent(in) :: from(2), to(2)
 
     if (.not. norm2(to - from) > 0.0_wp) return
-    call add_piece(pieces, from, (to - from)/norm2(to - from), norm2(to - from), .true.)
+    pieces = [pieces, piece_type(from, (to - from)/norm2(to - from), norm2(to - from), .true.)]
   end subroutine add_line
 
   !> An arc, counter-clockwise; none where it does not turn that way.
   pure subroutine add_arc(pieces, centre, radius, angle, turn)
-    type(pieces_type), intent(inout) :: pieces
+    type(piece_type), allocatable, intent(inout) :: pieces(:)
     real(wp), intent(in) :: centre(2), radius, angle, turn
 
-    if (turn > 0.0_wp) call add_piece(pieces, centre, [radius, angle], radius*turn, .false.)
+    if (turn > 0.0_wp) pieces = [pieces, piece_type(centre, [radius, angle], radius*turn, .false.)]
   end subroutine add_arc
-
-  pure subroutine add_piece(pieces, start, aim, length, straight)
-    type(pieces_type), intent(inout) :: pieces
-    real(wp), intent(in) :: start(2), aim(2), length
-    logical, intent(in) :: straight
-
-    pieces%count = pieces%count + 1
-    pieces%start = reshape([pieces%start, start], [2, pieces%count])
-    pieces%aim = reshape([pieces%aim, aim], [2, pieces%count])
-    pieces%length = [pieces%length, length]
-    pieces%straight = [pieces%straight, straight]
-  end subroutine add_piece
 
   !> The place at a length along the pieces.
   pure function place_along(pieces, length) result(place)
-    type(pieces_type), intent(in) :: pieces
+    type(piece_type), intent(in) :: pieces(:)
     real(wp), intent(in) :: length
     real(wp) :: place(2), left
     integer :: k
 
     left = length
-    do k = 1, pieces%count - 1
-      if (left <= pieces%length(k)) exit
-      left = left - pieces%length(k)
+    do k = 1, size(pieces) - 1
+      if (left <= pieces(k)%length) exit
+      left = left - pieces(k)%length
     end do
-    if (pieces%straight(k)) then
-      place = pieces%start(:, k) + left*pieces%aim(:, k)
+    if (pieces(k)%straight) then
+      place = pieces(k)%start + left*pieces(k)%aim
     else
-      associate (radius => pieces%aim(1, k), angle => pieces%aim(2, k))
-        place = pieces%start(:, k) + radius*[cos(angle + left/radius), sin(angle + left/radius)]
+      associate (radius => pieces(k)%aim(1), angle => pieces(k)%aim(2))
+        place = pieces(k)%start + radius*[cos(angle + left/radius), sin(angle + left/radius)]
       end associate
     end if
   end function place_along

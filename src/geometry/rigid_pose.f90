@@ -3,11 +3,10 @@
 !>   x = c + d + R (X - c)
 !>
 !> with the place X as drawn, the reference point c as drawn, its displacement d and the rotation R
-!> (qsmpm_rigid_rotation); in the plane bodies turn about z.
+!> (a rotation vector, qsmpm_rigid_shape); in the plane bodies turn about z.
 module qsmpm_rigid_pose
   use qsmpm_kinds, only: wp
-  use qsmpm_rigid_rotation, only: rotation_matrix, followed_by
-  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, face_type
+  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, face_type, rotation_matrix, followed_by
   implicit none
   private
 

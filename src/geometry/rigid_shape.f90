@@ -12,16 +12,23 @@
 !>   n = n_r e + n_y y,   H = H of the polygon in e, y + n_r/r t t'
 !>
 !> A block has round edges and corners, too, along axes of its own.
+!>
+!> Rotations as vectors: the axis times the angle in radians, counter-clockwise for who looks against the axis.
+!>
+!>   R v = cos(a) v + sin(a) n x v + (1 - cos(a)) (n . v) n,   a n the vector
+!>
+!> Two rotations, one behind the other, are one: about the same axis their angles add, however often they go around;
+!> about different ones the vector is that of the product of their unit quaternions.
 module qsmpm_rigid_shape
   use qsmpm_kinds, only: wp
   use qsmpm_polygon, only: polygon_contains
-  use qsmpm_rigid_rotation, only: rotation_matrix
-  use qsmpm_tensor, only: identity
+  use qsmpm_tensor, only: identity, cross
   implicit none
   private
 
   public :: rigid_shape_type, distance_type, face_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
-    turned_polygon, rounded_block, completed_by_image, largest_round, edge_normal, projection
+    turned_polygon, rounded_block, completed_by_image, largest_round, edge_normal, projection, rotation_matrix, &
+    followed_by
 
   !> Cosine between the normal of a face and that of a piece against it from which the piece lies along the face; share
   !> of the radius of a corner that counts as flat, where it is 3 % of the radius off the face; share of a piece around
@@ -392,4 +399,44 @@ contains
     distance%normal(:2) = edge_normal(shape%core(:, edge), shape%core(:, modulo(edge, n) + 1))
     distance%value = merge(-least, least, inside) - shape%radius
   end subroutine polygon_distance
+
+  !> The matrix of a rotation (Rodrigues).
+  pure function rotation_matrix(rotation) result(r)
+    real(wp), intent(in) :: rotation(3)
+    real(wp) :: r(3, 3), angle, axis(3)
+    integer :: j
+
+    r = identity
+    angle = norm2(rotation)
+    if (.not. angle > 0.0_wp) return
+    axis = rotation/angle
+    do j = 1, 3
+      r(:, j) = cos(angle)*identity(:, j) + sin(angle)*cross(axis, identity(:, j)) + (1.0_wp - cos(angle))*axis(j)*axis
+    end do
+  end function rotation_matrix
+
+  !> What a rotation and another behind it come to.
+  pure function followed_by(first, then) result(rotation)
+    real(wp), intent(in) :: first(3), then(3)
+    real(wp) :: rotation(3), a(0:3), b(0:3), axis(3), part
+
+    rotation = first + then
+    if (.not. norm2(cross(first, then)) > 0.0_wp) return
+    a = quaternion(then)
+    b = quaternion(first)
+    part = a(0)*b(0) - dot_product(a(1:), b(1:))
+    axis = a(0)*b(1:) + b(0)*a(1:) + cross(a(1:), b(1:))
+    rotation = 0.0_wp
+    if (norm2(axis) > 0.0_wp) rotation = 2.0_wp*atan2(norm2(axis), part)*axis/norm2(axis)
+  end function followed_by
+
+  !> Unit quaternion of a rotation.
+  pure function quaternion(rotation) result(q)
+    real(wp), intent(in) :: rotation(3)
+    real(wp) :: q(0:3)
+
+    q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+    if (norm2(rotation) > 0.0_wp) q = [cos(0.5_wp*norm2(rotation)), &
+      sin(0.5_wp*norm2(rotation))*rotation/norm2(rotation)]
+  end function quaternion
 end module qsmpm_rigid_shape

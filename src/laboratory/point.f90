@@ -15,9 +15,8 @@ module qsmpm_point
   use qsmpm_material_law, only: make_material_law
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_number_text, only: integer_text, newline, seconds_text, without_last_newline
-  use qsmpm_point_control, only: control_type
   use qsmpm_point_curves, only: point_row_type, point_header, point_row
-  use qsmpm_point_driver, only: point_type, start_point, prepare_point, control_point
+  use qsmpm_point_driver, only: point_type, start_point, prepare_point, control_point, control_type
   use qsmpm_point_stages, only: ramp_type, begin_ramps, aim_ramps, set_controls
   use qsmpm_point_test, only: point_stage_type, point_test_type
   use qsmpm_point_statistics, only: point_statistics_type, take_tangent, tangent_text, state_text
@@ -73,7 +72,9 @@ contains
     type(message_list_type) :: messages
     type(bench_type) :: bench
     type(clock_type) :: clock
+    type(folder_lock_type) :: lock
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: directory
 
     call start_clock(clock)
     text = ''
@@ -88,9 +89,16 @@ contains
       bench%log = request%banner//newline//point_summary(analysis)
       if (allocated(bench%law%advice)) bench%log = bench%log//"material '"//analysis%point_test%material//"': "// &
         bench%law%advice//newline
-      call record_test(analysis, request%directory, clock, bench, error)
-      text = bench%log
+      directory = request%directory
+      if (len(directory) == 0) directory = 'output/'//analysis%job
+      call lock_folder(lock, directory, error)
     end if
+    if (.not. allocated(error)) then
+      call remove_earlier_test(directory, error)
+      if (.not. allocated(error)) call run_locked(analysis, directory, clock, bench, error)
+      call unlock_folder(lock)
+    end if
+    if (allocated(bench%log)) text = bench%log
     if (.not. allocated(error)) return
     report = report//without_last_newline(error%message)//newline
     exit_code = error%code
@@ -141,29 +149,6 @@ contains
         integer_text(steps)//trim(merge(' step ', ' steps', steps == 1))//newline
     end associate
   end function point_summary
-
-  !> Run the test and write what came of it.
-  subroutine record_test(analysis, wanted_directory, clock, bench, error)
-    type(analysis_type), intent(in) :: analysis
-    !> Directory of the results, empty for the usual one.
-    character(len=*), intent(in) :: wanted_directory
-    !> Started with the program.
-    type(clock_type), intent(in) :: clock
-    !> The test; its log grows.
-    type(bench_type), intent(inout) :: bench
-    !> Set when the test did not finish or could not be written.
-    type(error_type), allocatable, intent(out) :: error
-    type(folder_lock_type) :: lock
-    character(len=:), allocatable :: directory
-
-    directory = wanted_directory
-    if (len(directory) == 0) directory = 'output/'//analysis%job
-    call lock_folder(lock, directory, error)
-    if (allocated(error)) return
-    call remove_earlier_test(directory, error)
-    if (.not. allocated(error)) call run_locked(analysis, directory, clock, bench, error)
-    call unlock_folder(lock)
-  end subroutine record_test
 
   !> Run the test and write into a folder where no other one does.
   subroutine run_locked(analysis, directory, clock, bench, error)

@@ -6,8 +6,8 @@
 !> tensors here, strains become ratios of lengths (1 + e, or exp(e) for logarithmic ones, which go evenly in e).
 module qsmpm_point_stages
   use qsmpm_kinds, only: wp
-  use qsmpm_point_control, only: control_type, control_value, control_gradient, control_volume, control_stress
-  use qsmpm_point_driver, only: point_type
+  use qsmpm_point_driver, only: point_type, control_type, control_value, control_gradient, control_volume, &
+    control_stress
   use qsmpm_point_test, only: point_test_type, test_drained, test_undrained, test_biaxial, test_shear, &
     strain_logarithmic, driven_axial_strain, driven_axial_stress, driven_deviator, driven_cell_pressure, &
     driven_shear_strain, driven_shear_stress, driven_normal_stress, driven_pressure, driven_volumetric_strain, &
@@ -92,11 +92,9 @@ contains
     type(point_type), intent(in) :: point
     !> The controls.
     type(ramp_type), intent(inout) :: ramps(:)
-    real(wp) :: unmoved(size(ramps))
     logical :: prescribed(size(ramps))
     integer :: i
 
-    unmoved = 0.0_wp
     prescribed = .false.
     ! An axial quantity of the stage before is let go: the deviator is kept, unless the stage names another.
     if (any(test%kind == [test_drained, test_biaxial]) .and. all(driven_components == driven_cell_pressure)) &
@@ -107,7 +105,7 @@ contains
     do i = 1, size(ramps)
       associate (ramp => ramps(i))
         if (.not. prescribed(i)) ramp%logarithmic = .false.
-        ramp%from = control_value(ramp%control, unmoved, point%deformation, point%stress)
+        ramp%from = control_value(ramp%control, point%deformation, point%stress)
         if (ramp%logarithmic) ramp%from = log(ramp%from)
         if (.not. prescribed(i)) ramp%to = ramp%from
       end associate

@@ -7,8 +7,7 @@
 !> referred to the start of the whole step, Q = J sigma F^-T with J = det F.
 module qsmpm_half_step_law
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none
-  use qsmpm_outer_law, only: outer_law_type
+  use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none, outer_law_type
   use qsmpm_tensor, only: determinant, inverse, unpack_gradient, pack_gradient, unpack_symmetric, identity
   implicit none
   private
@@ -30,7 +29,7 @@ contains
     type(half_step_law_type), intent(out) :: halved
 
     allocate (halved%law, source=law)
-    call halved%describe_as(law)
+    halved%law_traits_type = law%law_traits_type
   end subroutine make_half_step_law
 
   !> Update a batch in two halves. A tangent that is asked for is that of the whole step: who balances pressures by it

@@ -9,15 +9,28 @@
 !> Packing. Gradient-like tensors are packed column by column: in 3D (11,21,31,12,22,32,13,23,33),
 !> nine components; in 2D (11,21,12,22,33), five components, the last used by axisymmetry only.
 !> Stresses: 11,22,33,12,13,23 (3D, six) or 11,22,33,12 (2D, four). Tension positive.
+!>
+!> An all-round pressure p0 that acts on every free boundary of the soil and follows it.
+!>
+!> Its force on a body of any shape is that of a uniform stress -p0 inside, so that it need not be summed over the
+!> boundary: the equations are those of the stress above -p0,
+!>
+!>   Q := Q + p0 cof F,   A := A + p0 d(cof F)/dF,   cof F = det F F^-T
+!>
+!> with Q and A of the law (qsmpm_law). Stresses of points, laws and results are whole. What the rules of cut cells do
+!> not integrate exactly is then the stress above -p0 alone, and not p0 itself.
+!>
+!> A law around another one, which it changes stresses, states or steps of: what it does not say itself is as the law
+!> inside says.
 module qsmpm_law
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: string_type, word_place
-  use qsmpm_confinement, only: add_confinement
+  use qsmpm_tensor, only: cofactor, pack_gradient, unpack_gradient
   implicit none
   private
 
   public :: law_type, law_traits_type, law_slot_type, batch_type, step_info_type, field_coupling_type, start_time, &
-    time_increment, is_nonlocal
+    time_increment, is_nonlocal, outer_law_type
 
   !> What a law says of a point: updated; not in a step as long as this one; not at all; and the law itself is out
   !> of order, so that the run must end.
@@ -170,7 +183,7 @@ module qsmpm_law
     real(wp) :: pressure_factor = 0.0_wp
     !> The material may flow: that resistance falls then.
     logical :: flows = .false.
-    !> All-round pressure above which Q and A of `update` count (qsmpm_confinement).
+    !> All-round pressure above which Q and A of `update` count (`add_confinement`).
     real(wp) :: confinement = 0.0_wp
   contains
     !> One step, of the law and of the all-round pressure.
@@ -219,6 +232,18 @@ module qsmpm_law
       real(wp), intent(out) :: stress(:), state(:)
     end subroutine from_fields_interface
   end interface
+
+  !> The law; what others ask of it is that of the law inside unless said otherwise.
+  type, abstract, extends(law_type) :: outer_law_type
+    class(law_type), allocatable :: law
+  contains
+    procedure :: start_at
+    procedure :: blend
+    procedure :: fit_count
+    procedure :: to_fields
+    procedure :: from_fields
+  end type outer_law_type
+
 contains
 
   !> A resistance that falls with the flow makes the tangent unsymmetric.
@@ -349,4 +374,71 @@ contains
 
     compliance = 0.5_wp/self%shear_modulus(stress, state)
   end function usual_compliance
+
+  !> Add the force of the pressure to Q and, when it is there, its derivative to A.
+  pure subroutine add_confinement(pressure, gradient, piola, tangent)
+    !> p0, compression positive.
+    real(wp), intent(in) :: pressure
+    !> F and Q, packed (5 or 9).
+    real(wp), intent(in) :: gradient(:)
+    real(wp), intent(inout) :: piola(:)
+    !> (5 or 9, 5 or 9)
+    real(wp), intent(inout), optional :: tangent(:, :)
+    real(wp), dimension(size(gradient)) :: here, moved, along
+    integer :: j
+
+    call pack_gradient(cofactor(unpack_gradient(gradient)), here)
+    piola = piola + pressure*here
+    if (.not. present(tangent)) return
+    do j = 1, size(gradient)
+      ! cof F is of second degree, and has none in a single component: the difference is the derivative.
+      along = gradient
+      along(j) = along(j) + 1.0_wp
+      call pack_gradient(cofactor(unpack_gradient(along)), moved)
+      tangent(:, j) = tangent(:, j) + pressure*(moved - here)
+    end do
+  end subroutine add_confinement
+
+  !> The share of the elastic tangent is that of the law inside.
+  subroutine blend(self, share)
+    class(outer_law_type), intent(inout) :: self
+    real(wp), intent(in) :: share
+
+    self%elastic_blend = share
+    call self%law%blend(share)
+  end subroutine blend
+
+  !> State of a point.
+  subroutine start_at(self, stress, place, state)
+    class(outer_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), place(3)
+    real(wp), intent(out) :: state(:)
+
+    call self%law%start_at(stress, place, state)
+  end subroutine start_at
+
+  !> Number of fields that are averaged.
+  pure integer function fit_count(self)
+    class(outer_law_type), intent(in) :: self
+
+    fit_count = self%law%fit_count()
+  end function fit_count
+
+  !> Fields of stress and state.
+  pure subroutine to_fields(self, stress, state, fields)
+    class(outer_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:)
+    real(wp), intent(out) :: fields(:)
+
+    call self%law%to_fields(stress, state, fields)
+  end subroutine to_fields
+
+  !> And back.
+  pure subroutine from_fields(self, fields, volume_ratio, stress, state)
+    class(outer_law_type), intent(in) :: self
+    real(wp), intent(in) :: fields(:), volume_ratio
+    real(wp), intent(out) :: stress(:), state(:)
+
+    call self%law%from_fields(fields, volume_ratio, stress, state)
+  end subroutine from_fields
 end module qsmpm_law

@@ -1,10 +1,13 @@
 !> The law of what the user says of a material: its model in the chosen kinematics.
+!>
+!> The soil laws that a card of the deck gives, instead of elasticity and Mohr-Coulomb strength. A new law has its
+!> parameters and its model in a file of models/ and one line here.
 module qsmpm_law_factory
   use qsmpm_elastic_model, only: elastic_model_type, set_moduli
   use qsmpm_error, only: error_type
   use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy
   use qsmpm_law, only: law_type
-  use qsmpm_law_parameters, only: law_parameters_type
+  use qsmpm_law_parameters, only: law_parameters_type, law_parameters_slot_type
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
   use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
   use qsmpm_principal_law, only: new_principal_law, kinematics_jaumann, kinematics_logarithmic
@@ -12,11 +15,17 @@ module qsmpm_law_factory
   use qsmpm_soil_model, only: soil_model_type
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_softening_model, only: softening_model_type, set_softening
+  use qsmpm_cam_clay, only: cam_clay_parameters_type
+  use qsmpm_drucker_prager, only: drucker_prager_parameters_type
+  use qsmpm_hardening_soil, only: hardening_soil_parameters_type
+  use qsmpm_hoek_brown, only: hoek_brown_parameters_type
+  use qsmpm_ngi_adp, only: ngi_adp_parameters_type
+  use qsmpm_soft_soil_creep, only: soft_soil_creep_parameters_type
   implicit none
   private
 
   public :: new_law, rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, kinematics_jaumann, &
-    kinematics_logarithmic
+    kinematics_logarithmic, standard_laws
 
   !> Law of parameters in 2 or 3 dimensions, one of kinematics_* and of rate_*; the rate is read by the Jaumann
   !> kinematics only. The error is set when a parameter is out of its range or there is no such law.
@@ -50,7 +59,7 @@ contains
     end if
   end subroutine new_elastic_law
 
-  !> Any law of qsmpm_standard_laws.
+  !> Any law of `standard_laws`.
   subroutine new_soil_law(parameters, dimension, kinematics, rate, law, error)
     class(law_parameters_type), intent(in) :: parameters
     integer, intent(in) :: dimension, kinematics, rate
@@ -71,4 +80,33 @@ contains
       if (.not. allocated(error)) call new_principal_law(model, dimension, kinematics, rate, law, error)
     end if
   end subroutine new_soil_law
+
+  !> All of them, with their default parameters.
+  subroutine standard_laws(laws)
+    type(law_parameters_slot_type), allocatable, intent(inout) :: laws(:)
+
+    if (allocated(laws)) deallocate (laws)
+    allocate (laws(0))
+    call add(laws, cam_clay_parameters_type())
+    call add(laws, hardening_soil_parameters_type())
+    call add(laws, drucker_prager_parameters_type())
+    call add(laws, hoek_brown_parameters_type())
+    call add(laws, ngi_adp_parameters_type())
+    call add(laws, soft_soil_creep_parameters_type())
+  end subroutine standard_laws
+
+  !> One more law.
+  subroutine add(laws, parameters)
+    type(law_parameters_slot_type), allocatable, intent(inout) :: laws(:)
+    class(law_parameters_type), intent(in) :: parameters
+    type(law_parameters_slot_type), allocatable :: more(:)
+    integer :: i
+
+    allocate (more(size(laws) + 1))
+    do i = 1, size(laws)
+      call move_alloc(laws(i)%parameters, more(i)%parameters)
+    end do
+    allocate (more(size(more))%parameters, source=parameters)
+    call move_alloc(more, laws)
+  end subroutine add
 end module qsmpm_law_factory

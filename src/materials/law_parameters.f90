@@ -1,9 +1,9 @@
 !> What the user says of a soil law, as plain data that describes itself: the card of the deck, the fields that belong
 !> to
 !> it, what other rooms ask of such a law before there is one, the model that is made of it, and how its strength is
-!> divided by a factor; a law that does not say so wants the constants named that are (qsmpm_strength_constants).
+!> divided by a factor; a law that does not say so wants the constants named that are (qsmpm_strength_factor).
 !>
-!> A law extends `law_parameters_type` beside its model and is entered in qsmpm_standard_laws; the deck makes its card,
+!> A law extends `law_parameters_type` beside its model and is entered in qsmpm_law_factory; the deck makes its card,
 !> help and echo of this. The default of a field is the value that the component has; a value outside its range is not
 !> set.
 module qsmpm_law_parameters
@@ -11,8 +11,7 @@ module qsmpm_law_parameters
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_principal_model, only: principal_model_type
   use qsmpm_soil_model, only: soil_model_type
-  use qsmpm_strength_constants, only: strength_constant_type
-  use qsmpm_strength_factor, only: strength_factor_type
+  use qsmpm_strength_factor, only: strength_factor_type, strength_constant_type
   implicit none
   private
 

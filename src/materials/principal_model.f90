@@ -6,14 +6,17 @@
 !> logarithmic, every other model the Cauchy stress. Tension positive, principal values in any order. Moduli may
 !> depend on the stress; a step keeps the shear modulus of its start, so that the map from trial to stress is isotropic.
 module qsmpm_principal_model
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: pair_quotients
   use qsmpm_tensor, only: identity
   use qsmpm_text, only: string_type
+  use qsmpm_law, only: status_ok, status_failed, tangent_elastic
   implicit none
   private
 
-  public :: principal_model_type, stress_update_type, field_response_type, blend_elastic, elastic_map
+  public :: principal_model_type, stress_update_type, field_response_type, blend_elastic, elastic_map, keep_update, &
+    elastic_share
 
   !> Most state variables of a model.
   integer, parameter, public :: most_states = 4
@@ -178,4 +181,36 @@ contains
 
     map = lame + 2.0_wp*shear*identity
   end function elastic_map
+
+  !> State variables and status of a model's update go to the point, with what the model has to say.
+  pure subroutine keep_update(model, result, start, state, status, message)
+    class(principal_model_type), intent(in) :: model
+    type(stress_update_type), intent(in) :: result
+    !> The model's state variables at the start and at the end of the step.
+    real(wp), intent(in) :: start(model%state_count)
+    real(wp), intent(inout) :: state(model%state_count)
+    !> status_ok so far.
+    integer, intent(inout) :: status
+    character(len=:), allocatable, intent(inout) :: message
+    integer :: i
+
+    do i = 1, model%state_count
+      state(i) = result%state(i)
+      if (.not. ieee_is_finite(start(i))) status = status_failed
+    end do
+    if (result%status == status_ok) return
+    status = result%status
+    message = model%message
+  end subroutine keep_update
+
+  !> Share of the elastic tangent in the one that is asked for.
+  pure real(wp) function elastic_share(tangent, blend)
+    !> One of tangent_consistent, tangent_elastic.
+    integer, intent(in) :: tangent
+    !> Share of the elastic tangent in the consistent one.
+    real(wp), intent(in) :: blend
+
+    elastic_share = blend
+    if (tangent == tangent_elastic) elastic_share = 1.0_wp
+  end function elastic_share
 end module qsmpm_principal_model

@@ -8,14 +8,13 @@ module qsmpm_profile_law
   use qsmpm_kinds, only: wp
   use qsmpm_elastic_model, only: elastic_model_type, set_moduli
   use qsmpm_error, only: error_type
-  use qsmpm_law, only: law_type, batch_type, tangent_none
+  use qsmpm_law, only: law_type, batch_type, tangent_none, outer_law_type
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
   use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
-  use qsmpm_outer_law, only: outer_law_type
   use qsmpm_principal_law, only: new_principal_law
   use qsmpm_profile_model, only: profile_model_type, set_profile_model
-  use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_friction, &
-    varies_stiffness, reference_strength, follows_stress, shansep_strength, first_preconsolidation
+  use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_friction, varies_stiffness, &
+    reference_strength, follows_stress, shansep_strength
   use qsmpm_tensor, only: stress_size
   use qsmpm_value_field, only: field_friction, value_at
   implicit none
@@ -83,7 +82,7 @@ contains
     made%scale = 1.0_wp
     if (profile%mean_young > 0.0_wp) made%scale = profile%mean_young/made%young
     made%at = made%law%state_count - (model%state_count - model%at)
-    call made%describe_as(made%law)
+    made%law_traits_type = made%law%law_traits_type
     made%usual_place(profile%along) = profile%level
     made%stiffness_scale = made%scale*made%stiffness_scale
     made%shear_scale = made%scale*made%shear_scale
@@ -101,7 +100,8 @@ contains
     if (self%varies_stiffness) ratio = young_at(self%profile, place)/self%young
     call self%law%start_at(stress/ratio, place, state)
     if (follows_stress(self%profile)) then
-      state(self%at + 1) = first_preconsolidation(self%profile, vertical_of(self, stress))
+      state(self%at + 1) = self%profile%overconsolidation*vertical_of(self, stress) &
+        + self%profile%pre_overburden
       call self%strengthen(stress, state)
       return
     end if

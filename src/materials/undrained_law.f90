@@ -13,8 +13,7 @@
 module qsmpm_undrained_law
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, tangent_none
-  use qsmpm_outer_law, only: outer_law_type
+  use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, tangent_none, outer_law_type
   use qsmpm_tensor, only: determinant, inverse, unpack_gradient, gradient_row, gradient_column, gradient_size
   use qsmpm_text, only: real_text, string_type
   use qsmpm_undrained_parameters, only: undrained_type, water_stiffness, undrained_ratio, undrained_c, drainage_none, &
@@ -68,7 +67,7 @@ contains
       return
     end if
     if (allocated(undrained%drainage)) wet%drainage = undrained%drainage
-    call wet%describe_as(law)
+    wet%law_traits_type = law%law_traits_type
     call name_states(law, wet)
     call move_alloc(law, wet%law)
     call move_alloc(wet, law)

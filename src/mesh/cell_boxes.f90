@@ -53,6 +53,7 @@ contains
       at(:, i) = cell_place(owners%whole, owners%pieces, cell(i))
     end do
     allocate (owners%boxes(ranks))
+    short = .false.
     call share_jointly(team, at, weight, owners%whole, owners%boxes, short)
   end subroutine share_grid
 
@@ -99,27 +100,15 @@ contains
     end do
   end function homes
 
-  !> The same of what each process of a team knows a part of.
-  subroutine share_jointly(team, at, weight, whole, boxes, short)
+  !> Share a box between some processes, by what each process of a team knows a part of.
+  recursive subroutine share_jointly(team, at, weight, box, boxes, short)
     type(team_type), intent(in) :: team
-    !> Cells in which the part of this process lies, and how much in each (3, n), (n).
-    integer, intent(in) :: at(:, :), weight(:)
-    type(window_type), intent(in) :: whole
-    !> (as many as the cells are shared between)
-    type(window_type), intent(out) :: boxes(:)
-    logical, intent(out) :: short
-
-    short = .false.
-    call halve(team, at, weight, whole, boxes, short)
-  end subroutine share_jointly
-
-  !> Share a box between some processes.
-  recursive subroutine halve(team, at, weight, box, boxes, short)
-    type(team_type), intent(in) :: team
-    !> In the box.
+    !> Cells of the box in which the part of this process lies, and how much in each (3, n), (n).
     integer, intent(in) :: at(:, :), weight(:)
     type(window_type), intent(in) :: box
+    !> (as many as the cells are shared between)
     type(window_type), intent(out) :: boxes(:)
+    !> Set where there are too few cells with something in them, else as it was.
     logical, intent(inout) :: short
     type(window_type) :: low, high
     integer :: axis, line, n, i
@@ -138,10 +127,10 @@ contains
     high%first(axis) = line + 1
     associate (below => pack([(i, i=1, size(at, 2))], at(axis, :) <= line), &
         above => pack([(i, i=1, size(at, 2))], at(axis, :) > line))
-      call halve(team, at(:, below), weight(below), low, boxes(:n), short)
-      call halve(team, at(:, above), weight(above), high, boxes(n + 1:), short)
+      call share_jointly(team, at(:, below), weight(below), low, boxes(:n), short)
+      call share_jointly(team, at(:, above), weight(above), high, boxes(n + 1:), short)
     end associate
-  end subroutine halve
+  end subroutine share_jointly
 
   !> Where to cut: behind which cell along which axis; axis 0 where all lies in one cell.
   subroutine find_cut(team, at, weight, box, part, of_all, axis, line)

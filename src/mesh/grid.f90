@@ -4,24 +4,27 @@
 !> Triangles come two a quadrilateral with right, left, alternating or random diagonals; wedges are
 !> such triangles extruded along z. A quadrilateral whose diagonal lies on a kept segment (an edge
 !> of a body) gets that diagonal, and nodes on kept segments and on the boundary stay where they
-!> are when inner nodes are shifted at random. The random numbers are our own (`qsmpm_grid_random`), so
+!> are when inner nodes are shifted at random. The random numbers are our own, so
 !> a mesh is the same on every machine. Mid nodes are shared by an edge table (`qsmpm_mid_nodes`).
 !>
 !> A mesh may be a part of the grid (`qsmpm_grid_window`): places, diagonals, labels and order are those
 !> of the whole.
+!>
+!> The random numbers of a grid: a linear congruential generator (Park and Miller 1988) that can start
+!> anywhere in its sequence, so that a part of a grid is shifted and cut as it is in the whole.
+!>
+!>   r(n+1) = a r(n) mod m,   hence   r(n) = (a**n mod m) r(0) mod m
 module qsmpm_grid
   use qsmpm_kinds, only: wp, long
   use qsmpm_element, only: tri3, quad4, hex8, wedge6, linear_kind, element_order, local_dimension
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_size
   use qsmpm_mid_nodes, only: add_mid_nodes
-  use qsmpm_grid_random, only: uniform, random_after
-  use qsmpm_grid_labels, only: label_mesh
-  use qsmpm_grid_window, only: window_type, cells_of
+  use qsmpm_grid_window, only: window_type, cells_of, label_mesh
   implicit none
   private
 
-  public :: grid_type, grid_axis_type, make_grid, whole_window, pieces_of
+  public :: grid_type, grid_axis_type, make_grid, whole_window, pieces_of, uniform, random_after
 
   !> How diagonals run.
   integer, parameter, public :: diagonal_right = 1, diagonal_left = 2, diagonal_random = 3, diagonal_alternate = 4
@@ -47,6 +50,8 @@ module qsmpm_grid
   !> The six tetrahedra of a brick around its diagonal 1-7 (corners in hex order).
   integer, parameter :: tetrahedra(4, 6) = reshape([1, 2, 3, 7, 1, 3, 4, 7, 1, 4, 8, 7, 1, 8, 5, 7, &
     1, 5, 6, 7, 1, 6, 2, 7], [4, 6])
+
+  integer(long), parameter :: modulus = 2147483647_long, factor = 48271_long
 
 contains
 
@@ -297,4 +302,33 @@ contains
       if (on_kept(grid, low) .and. on_kept(grid, high)) falls = .false.
     end if
   end function diagonal_falls
+
+  !> Next number between 0 and 1.
+  subroutine uniform(random, u)
+    !> State of the generator.
+    integer(long), intent(inout) :: random
+    !> The number.
+    real(wp), intent(out) :: u
+
+    random = mod(factor*random, modulus)
+    u = real(random, wp)/real(modulus, wp)
+  end subroutine uniform
+
+  !> State of the generator after some numbers, by squaring.
+  pure integer(long) function random_after(seed, count) result(random)
+    !> Start of the sequence.
+    integer, intent(in) :: seed
+    !> How many numbers have been drawn.
+    integer(long), intent(in) :: count
+    integer(long) :: power, left
+
+    random = max(1_long, mod(int(seed, long), modulus))
+    power = factor
+    left = count
+    do while (left > 0)
+      if (mod(left, 2_long) == 1) random = mod(random*power, modulus)
+      power = mod(power*power, modulus)
+      left = left/2
+    end do
+  end function random_after
 end module qsmpm_grid

@@ -27,6 +27,8 @@ module qsmpm_mesh
   type :: mesh_type
     !> 2 or 3.
     integer :: dimension = 0
+    !> Whether volumes and areas are per radian around the y axis.
+    logical :: axisymmetric = .false.
     integer :: node_count = 0
     integer :: cell_count = 0
     !> Node coordinates (dimension, node_count).

@@ -1,25 +1,16 @@
 !> Small questions to a mesh: the nodes and coordinates of a cell, its volume and size, totals.
 module qsmpm_mesh_measure
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: element_geometry, full_rule, corner_count
+  use qsmpm_element, only: element_geometry, full_rule, corner_count, shape_functions, max_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_tensor, only: determinant, identity
   implicit none
   private
 
-  public :: cell_centre, cell_volume, cell_size, cell_width, cell_metric, mesh_volume, interpolate, find_bounds
+  public :: cell_centre, cell_volume, cell_size, cell_width, cell_metric, mesh_volume, interpolate, find_bounds, &
+    place_in_cell
 
 contains
-
-  !> Coordinates of the nodes of a cell (dimension, nodes).
-  pure function cell_coordinates(mesh, cell) result(coordinates)
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    real(wp), allocatable :: coordinates(:, :)
-
-    coordinates = mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
-  end function cell_coordinates
 
   !> Mean of the corners of a cell.
   pure function cell_centre(mesh, cell) result(centre)
@@ -44,7 +35,7 @@ contains
     integer :: q, n
 
     call full_rule(mesh%cell_kind(cell), places, weights)
-    x = cell_coordinates(mesh, cell)
+    x = mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
     n = size(x, 2)
     volume = 0.0_wp
     do q = 1, size(weights)
@@ -143,4 +134,19 @@ contains
       value = value + functions(a)*field(:, mesh%cell_nodes(first + a))
     end do
   end function interpolate
+
+  !> Place of local coordinates in a cell.
+  pure function place_in_cell(mesh, cell, local) result(x)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Local coordinates (dimension).
+    real(wp), intent(in) :: local(:)
+    real(wp) :: x(mesh%dimension), functions(max_nodes)
+    integer :: n
+
+    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
+    call shape_functions(mesh%cell_kind(cell), local, functions(:n))
+    x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
+  end function place_in_cell
 end module qsmpm_mesh_measure

@@ -1,13 +1,17 @@
 !> Choosing nodes and faces by place or by name.
+!>
+!> Some cells of a mesh as a mesh of their own, with the nodes that they have.
 module qsmpm_mesh_sets
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_element, only: face_count, face_corners, face_corner_count
+  use qsmpm_element, only: face_count, face_corners, corner_count
   use qsmpm_mesh, only: mesh_type, index_set_type
+  use qsmpm_sorting, only: list_by_key
   implicit none
   private
 
-  public :: nodes_in_box, nodes_on_plane, faces_in_box, cuts_faces, items_of, add_set, set_tolerance
+  public :: nodes_in_box, nodes_on_plane, faces_in_box, cuts_faces, items_of, add_set, set_tolerance, take_cells, &
+    find_cells_at_corners
 
   !> A node lies on a plane when it is this close, as a share of the size of the mesh.
   real(wp), parameter :: closeness = 1.0e-8_wp
@@ -67,7 +71,7 @@ contains
     n = 0
     do c = 1, mesh%cell_count
       do f = 1, face_count(mesh%cell_kind(c))
-        if (.not. all_inside(mesh, c, f, inside)) cycle
+        if (.not. all(inside(mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f))))) cycle
         n = n + 1
         list(:, n) = [c, f]
       end do
@@ -108,17 +112,6 @@ contains
     end do
   end function cuts_faces
 
-  !> True when all corners of a face are marked.
-  pure logical function all_inside(mesh, cell, face, inside) result(yes)
-    type(mesh_type), intent(in) :: mesh
-    integer, intent(in) :: cell, face
-    logical, intent(in) :: inside(:)
-    integer :: corners(face_corner_count(mesh%cell_kind(cell), face))
-
-    corners = face_corners(mesh%cell_kind(cell), face)
-    yes = all(inside(mesh%cell_nodes(mesh%cell_first(cell) - 1 + corners)))
-  end function all_inside
-
   !> What a set of a name holds; nothing where there is none.
   pure function items_of(sets, name) result(items)
     !> The list of sets.
@@ -146,4 +139,56 @@ contains
     set%items = items
     sets = [sets, set]
   end subroutine add_set
+
+  !> Take cells with their kinds, labels and nodes; tables of neighbours and sets are left out.
+  pure subroutine take_cells(mesh, cells, part, nodes)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cells(:)
+    type(mesh_type), intent(out) :: part
+    !> The nodes that they have, growing.
+    integer, allocatable, intent(out) :: nodes(:)
+    integer :: number(mesh%node_count), i, n
+
+    part%dimension = mesh%dimension
+    part%cell_count = size(cells)
+    part%cell_kind = mesh%cell_kind(cells)
+    part%cell_label = mesh%cell_label(cells)
+    allocate (part%cell_first(size(cells) + 1), source=1)
+    number = 0
+    do i = 1, size(cells)
+      associate (row => mesh%cell_nodes(mesh%cell_first(cells(i)):mesh%cell_first(cells(i) + 1) - 1))
+        part%cell_first(i + 1) = part%cell_first(i) + size(row)
+        number(row) = 1
+      end associate
+    end do
+    nodes = pack([(n, n=1, mesh%node_count)], number > 0)
+    number(nodes) = [(n, n=1, size(nodes))]
+    allocate (part%cell_nodes(part%cell_first(size(cells) + 1) - 1))
+    do i = 1, size(cells)
+      part%cell_nodes(part%cell_first(i):part%cell_first(i + 1) - 1) = &
+        number(mesh%cell_nodes(mesh%cell_first(cells(i)):mesh%cell_first(cells(i) + 1) - 1))
+    end do
+    part%node_count = size(nodes)
+    part%coordinates = mesh%coordinates(:, nodes)
+    part%node_label = mesh%node_label(nodes)
+  end subroutine take_cells
+
+  !> Cells at every corner node: cells(first(n):first(n + 1) - 1) are those at node n.
+  pure subroutine find_cells_at_corners(mesh, first, cells)
+    type(mesh_type), intent(in) :: mesh
+    integer, allocatable, intent(out) :: first(:), cells(:)
+    integer, allocatable :: node(:), cell(:), entry(:)
+    integer :: c, n, corners
+
+    allocate (node(size(mesh%cell_nodes)), cell(size(mesh%cell_nodes)))
+    n = 0
+    do c = 1, mesh%cell_count
+      corners = corner_count(mesh%cell_kind(c))
+      node(n + 1:n + corners) = mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + corners - 1)
+      cell(n + 1:n + corners) = c
+      n = n + corners
+    end do
+    call list_by_key(node(:n), mesh%node_count, first, entry)
+    cells = cell(entry)
+  end subroutine find_cells_at_corners
 end module qsmpm_mesh_sets

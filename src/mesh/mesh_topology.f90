@@ -7,8 +7,9 @@ module qsmpm_mesh_topology
     mid_edges, max_faces, element_name, element_geometry, linear_kind, local_nodes, shape_functions
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_volume, cell_size, find_bounds
-  use qsmpm_sorting, only: list_by_key, order_columns, sort
+  use qsmpm_sorting, only: order_columns, sort
   use qsmpm_text, only: integer_text
+  use qsmpm_mesh_sets, only: find_cells_at_corners
   implicit none
   private
 
@@ -221,23 +222,4 @@ contains
     end do
     mesh%vertex_neighbour = list(:mesh%vertex_first(mesh%cell_count + 1) - 1)
   end subroutine find_corner_neighbours
-
-  !> Cells at every corner node: cells(first(n):first(n + 1) - 1) are those at node n.
-  pure subroutine find_cells_at_corners(mesh, first, cells)
-    type(mesh_type), intent(in) :: mesh
-    integer, allocatable, intent(out) :: first(:), cells(:)
-    integer, allocatable :: node(:), cell(:), entry(:)
-    integer :: c, n, corners
-
-    allocate (node(size(mesh%cell_nodes)), cell(size(mesh%cell_nodes)))
-    n = 0
-    do c = 1, mesh%cell_count
-      corners = corner_count(mesh%cell_kind(c))
-      node(n + 1:n + corners) = mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + corners - 1)
-      cell(n + 1:n + corners) = c
-      n = n + corners
-    end do
-    call list_by_key(node(:n), mesh%node_count, first, entry)
-    cells = cell(entry)
-  end subroutine find_cells_at_corners
 end module qsmpm_mesh_topology

@@ -31,10 +31,10 @@ module qsmpm_histories
   use qsmpm_own_marks, only: nearest_numbers, place_of_number
   use qsmpm_phase_loads, only: has_consolidation, prop_stage, prop_stage_type
   use qsmpm_points, only: allocate_carried
-  use qsmpm_mesh_measure, only: cell_width, interpolate
+  use qsmpm_mesh_measure, only: cell_width, place_in_cell
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_structures, only: prop_type
-  use qsmpm_element, only: face_count, inside_distance, local_centre, max_faces, max_nodes, node_count, shape_functions
+  use qsmpm_element, only: face_count, inside_distance, local_centre, max_faces
   use qsmpm_mesh, only: mesh_type
   use qsmpm_seed_table, only: seed_table_type
   use qsmpm_rounded_text, only: rounded_text
@@ -411,7 +411,7 @@ contains
     integer, intent(in) :: cell
     !> Local coordinates, and the place (dimension).
     real(wp), intent(inout) :: local(:), x(:)
-    real(wp) :: middle(size(local)), within(max_faces), outside(max_faces), functions(max_nodes)
+    real(wp) :: middle(size(local)), within(max_faces), outside(max_faces)
     integer :: n, kind
 
     kind = mesh%cell_kind(cell)
@@ -420,9 +420,7 @@ contains
     call inside_distance(kind, middle, within(:n))
     call inside_distance(kind, local, outside(:n))
     local = middle + minval(within(:n)/(within(:n) - outside(:n)), mask=outside(:n) < 0.0_wp)*(local - middle)
-    n = node_count(kind)
-    call shape_functions(kind, local, functions(:n))
-    x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
+    x = place_in_cell(mesh, cell, local)
   end subroutine move_onto_cell
 
   !> The material point nearest to the place of a history; tell which one was picked.

@@ -16,7 +16,6 @@ module qsmpm_model_bodies
     grid_degree
   use qsmpm_cell_boxes, only: box_owners_type, share_grid
   use qsmpm_cell_numbers, only: whole_cells
-  use qsmpm_element, only: shape_functions
   use qsmpm_element_kinds, only: quad4, hex8, hex20, linear_kind, element_order
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_layer_interfaces, only: corners
@@ -27,7 +26,7 @@ module qsmpm_model_bodies
   use qsmpm_seed_table, only: seed_table_type, start_table, add_to_table, join_counts, held_by, holds_any, number_seeds
   use qsmpm_seeding, only: seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
   use qsmpm_bodies_in_place, only: has_bodies_in_place, take_out_bodies
-  use qsmpm_mesh_measure, only: interpolate, cell_size
+  use qsmpm_mesh_measure, only: cell_size, place_in_cell
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_polygon, only: polygon_area, polygon_centroid
   use qsmpm_polyhedron, only: polyhedron_volume, make_polyhedron
@@ -154,7 +153,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: cells(:)
 
-    call seed_body(model%mesh, model%analysis%model == axisymmetric, model%shapes(body), body, &
+    call seed_body(model%mesh, model%shapes(body), body, &
       model%analysis%bodies(body)%points_per_element, places_for(model), grid_degree(model%analysis%method%basis), &
       list, error, cells)
   end subroutine seed_cells
@@ -321,15 +320,12 @@ contains
     type(seed_list_type), intent(in) :: list
     !> What rides on the mesh.
     class(carried_type), intent(inout) :: carried
-    real(wp) :: functions(20)
-    integer :: i, n
+    integer :: i
 
     do i = 1, list%count
       carried%cell(i) = list%cell(i)
       carried%local(:, i) = list%local(:, i)
-      n = model%mesh%cell_first(list%cell(i) + 1) - model%mesh%cell_first(list%cell(i))
-      call shape_functions(model%mesh%cell_kind(list%cell(i)), list%local(:, i), functions(:n))
-      carried%position(:, i) = interpolate(model%mesh, list%cell(i), functions(:n), model%mesh%coordinates)
+      carried%position(:, i) = place_in_cell(model%mesh, list%cell(i), list%local(:, i))
     end do
     carried%initial_position = carried%position
   end subroutine place_seeds
@@ -345,7 +341,7 @@ contains
     character(len=:), allocatable :: text
     integer :: last, p
 
-    call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
+    call cell_volumes(model%mesh, volumes)
     last = size(model%analysis%bodies)
     held = held_by(table, model%analysis%bodies%active)
     text = overlap_text(model, table, model%analysis%bodies%active, held/volumes, '')

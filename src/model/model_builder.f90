@@ -35,7 +35,7 @@ module qsmpm_model_builder
   use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies
   use qsmpm_material_law, only: check_strength_profiles, make_material_law, check_softening_cells
   use qsmpm_points, only: allocate_watched, start_strains, start_water
-  use qsmpm_softening_parameters, only: regularise_nonlocal
+  use qsmpm_material_parameters, only: regularise_nonlocal
   use qsmpm_stress_at_rest, only: horizontal_at_rest
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_consolidation, only: check_consolidation

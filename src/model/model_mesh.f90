@@ -9,7 +9,7 @@ module qsmpm_model_mesh
   use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type
   use qsmpm_fitted_background, only: fit_background
-  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric
   use qsmpm_body_description, only: body_polygon, body_type
   use qsmpm_mesh_description, only: mesh_grid, mesh_file, mesh_fitted, mesh_inline, select_list, select_box, &
     select_plane, set_type, holds_corner
@@ -23,8 +23,7 @@ module qsmpm_model_mesh
   use qsmpm_grid_window, only: operator(==), cells_of, place_of
   use qsmpm_mesh, only: mesh_type
   use qsmpm_text, only: integer_text
-  use qsmpm_mesh_readers, only: read_mesh
-  use qsmpm_inline_mesh, only: inline_mesh
+  use qsmpm_mesh_readers, only: read_mesh, inline_mesh
   use qsmpm_mesh_topology, only: build_topology
   use qsmpm_mesh_sets, only: faces_in_box, nodes_in_box, nodes_on_plane, add_set, set_tolerance
   use qsmpm_history_description, only: quantity_reaction
@@ -65,6 +64,7 @@ contains
         call inline_mesh(element_from_name(source%element), source%node_labels, source%nodes, &
           source%element_labels, source%connectivity, model%mesh, error)
       end select
+      model%mesh%axisymmetric = model%analysis%model == axisymmetric
       if (.not. allocated(error)) then
         if (model%mesh%dimension /= merge(3, 2, model%analysis%model == three_dimensional)) then
           call add_diagnostic(diagnostics, source%where, keyword_of(source%kind), &

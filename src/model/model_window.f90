@@ -19,8 +19,7 @@ module qsmpm_model_window
   use qsmpm_cell_numbers, only: number_all
   use qsmpm_diagnostics, only: diagnostics_type
   use qsmpm_grid, only: grid_type, whole_window, pieces_of
-  use qsmpm_grid_labels, only: row_of
-  use qsmpm_grid_window, only: window_type, operator(==), cells_over, cell_place, hull, widen, holds, renumber
+  use qsmpm_grid_window, only: window_type, operator(==), cells_over, cell_place, hull, widen, holds, renumber, row_of
   use qsmpm_kept_arrays, only: renumber_nodal
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_mesh_measure, only: find_bounds

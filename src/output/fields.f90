@@ -208,13 +208,14 @@ contains
     allocate (volumes(model%mesh%cell_count))
     allocate (fill(1, model%mesh%cell_count), source=0.0_wp)
     mesh%dimension = model%mesh%dimension
+    mesh%axisymmetric = model%mesh%axisymmetric
     mesh%node_count = model%mesh%node_count
     mesh%cell_count = model%mesh%cell_count
     mesh%cell_kind = model%mesh%cell_kind
     mesh%cell_first = model%mesh%cell_first
     mesh%cell_nodes = model%mesh%cell_nodes
     mesh%coordinates = model%state%coordinates
-    call cell_volumes(mesh, model%analysis%model == axisymmetric, volumes)
+    call cell_volumes(mesh, volumes)
     do i = 1, model%state%points%count
       c = model%state%points%cell(i)
       fill(1, c) = fill(1, c) + model%state%points%volume(i)

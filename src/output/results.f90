@@ -25,7 +25,7 @@ module qsmpm_results
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, put_link, save_image
   use qsmpm_element, only: vtk_type
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_part, only: take_cells
+  use qsmpm_mesh_sets, only: take_cells
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
   use qsmpm_own_part, only: is_divided, own_of

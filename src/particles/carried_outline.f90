@@ -130,7 +130,6 @@ contains
     real(wp), intent(in) :: longest
     !> (3,3,m)
     real(wp), allocatable, intent(out) :: parts(:, :, :)
-    real(wp), allocatable :: longer(:, :, :)
     real(wp) :: length(3), middle(3)
     integer :: i, k, n, next, last
 
@@ -146,11 +145,7 @@ contains
         i = i + 1
         cycle
       end if
-      if (n == size(parts, 3)) then
-        allocate (longer(3, 3, 2*n))
-        longer(:, :, :n) = parts
-        call move_alloc(longer, parts)
-      end if
+      if (n == size(parts, 3)) parts = reshape(parts, [3, 3, 2*n], pad=[0.0_wp])
       next = mod(k, 3) + 1
       last = mod(k + 1, 3) + 1
       middle = 0.5_wp*(parts(:, k, i) + parts(:, next, i))

@@ -7,7 +7,7 @@
 !> pieces in one sub-cell count as one there.
 module qsmpm_cell_pieces
   use qsmpm_kinds, only: wp
-  use qsmpm_piece_list, only: piece_list_type, add_piece
+  use qsmpm_piece_list, only: piece_list_type, add_piece, piece_type
   use qsmpm_polygon, only: polygon_area, polygon_centroid, polygon_second
   use qsmpm_polygon_pieces, only: polygon_list_type, pieces_in_convex, begin_list
   use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains, facets_over, moments_in_tets
@@ -94,7 +94,7 @@ contains
       second(:2, :2) = polygon_second(polygon)
       height = cell_limits(2) - cell_limits(1)
       if (.not. height > 0.0_wp) then
-        call add_piece(pieces, area, [centroid, 0.0_wp], [extent, 0.0_wp], second, [column, 1])
+        call add_piece(pieces, piece_type(area, [centroid, 0.0_wp], [extent, 0.0_wp], second, [column, 1]))
         return
       end if
       do k = 1, layers
@@ -102,8 +102,8 @@ contains
         high = min(cell_limits(1) + height*k/layers, body_limits(2))
         if (.not. high > low) cycle
         second(3, 3) = (high - low)**2/12.0_wp
-        call add_piece(pieces, area*(high - low), [centroid, 0.5_wp*(low + high)], &
-          [extent, high - low], second, [column, k])
+        call add_piece(pieces, piece_type(area*(high - low), [centroid, 0.5_wp*(low + high)], &
+          [extent, high - low], second, [column, k]))
       end do
     end subroutine add_layers
   end subroutine prism_pieces
@@ -226,7 +226,7 @@ contains
       do i = 1, 3
         second(:, i) = second(:, i) - (moment/volume - about)*(moment(i)/volume - about(i))
       end do
-      call add_piece(pieces, volume, moment/volume, extent, second, place)
+      call add_piece(pieces, piece_type(volume, moment/volume, extent, second, place))
     end subroutine add_solid
 
     !> Corners and place of a sub-cell of a wedge.

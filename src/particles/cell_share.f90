@@ -11,8 +11,8 @@ module qsmpm_cell_share
   use qsmpm_mesh, only: mesh_type
   use qsmpm_polygon, only: polygon_area, polygon_centroid, clip_by_convex
   use qsmpm_body_shape, only: body_shape_type, is_unbounded, shape_box
-  use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains, make_polyhedron, facets_over, moments_in_tets
-  use qsmpm_prism_facets, only: prism_caps
+  use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains, make_polyhedron, facets_over, moments_in_tets, &
+    prism_caps
   use qsmpm_tet_list, only: tet_list_type, cell_tets, add_moments
   implicit none
   private
@@ -64,10 +64,8 @@ contains
   end subroutine solid_of
 
   !> Share of a cell that a body occupies, and the centroid of that part.
-  pure subroutine occupied_share(mesh, axisymmetric, shape, solid, cell, share, centre)
+  pure subroutine occupied_share(mesh, shape, solid, cell, share, centre)
     type(mesh_type), intent(in) :: mesh
-    !> Shares of volumes per radian.
-    logical, intent(in) :: axisymmetric
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
     !> The polyhedron of the body, by `solid_of`.
@@ -93,7 +91,7 @@ contains
     if (any(minval(corners, dim=2) >= high(:d)) .or. any(maxval(corners, dim=2) <= low(:d))) return
     call upright_prism(corners, base, low(3), high(3), upright)
     if (upright .and. .not. allocated(shape%solid)) then
-      call share_of_prism(axisymmetric, shape, base, low(3), high(3), share, centre)
+      call share_of_prism(mesh%axisymmetric, shape, base, low(3), high(3), share, centre)
     else
       call share_in_solid(solid, corners, allocated(shape%solid), share, centre)
     end if
@@ -207,10 +205,8 @@ contains
   end subroutine share_in_solid
 
   !> Determinant of the element's Jacobian, times the radius in axisymmetry.
-  pure real(wp) function measure_at(mesh, axisymmetric, cell, local) result(measure)
+  pure real(wp) function measure_at(mesh, cell, local) result(measure)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
     !> Number of the cell.
     integer, intent(in) :: cell
     !> Local coordinates (dimension).
@@ -223,37 +219,24 @@ contains
     corner(:, :n) = mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1))
     call element_geometry(mesh%cell_kind(cell), local, corner(:, :n), functions(:n), &
       gradients(:, :n), measure)
-    if (axisymmetric) measure = measure*dot_product(functions(:n), corner(1, :n))
+    if (mesh%axisymmetric) measure = measure*dot_product(functions(:n), corner(1, :n))
   end function measure_at
 
   !> Volumes of all cells by their full rule.
-  subroutine cell_volumes(mesh, axisymmetric, volumes)
+  subroutine cell_volumes(mesh, volumes)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
     !> (cell_count)
     real(wp), intent(out) :: volumes(:)
-    real(wp), allocatable :: places(:, :), weights(:)
-    integer :: c, k, kind
+    integer :: c
 
-    kind = 0
     do c = 1, mesh%cell_count
-      if (mesh%cell_kind(c) /= kind) then
-        kind = mesh%cell_kind(c)
-        call full_rule(kind, places, weights)
-      end if
-      volumes(c) = 0.0_wp
-      do k = 1, size(weights)
-        volumes(c) = volumes(c) + weights(k)*measure_at(mesh, axisymmetric, c, places(:, k))
-      end do
+      volumes(c) = volume_of(mesh, c)
     end do
   end subroutine cell_volumes
 
   !> Volume of a cell by its full rule.
-  pure real(wp) function volume_of(mesh, axisymmetric, cell) result(volume)
+  pure real(wp) function volume_of(mesh, cell) result(volume)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
     !> Number of the cell.
     integer, intent(in) :: cell
     real(wp), allocatable :: places(:, :), weights(:)
@@ -262,7 +245,7 @@ contains
     call full_rule(mesh%cell_kind(cell), places, weights)
     volume = 0.0_wp
     do k = 1, size(weights)
-      volume = volume + weights(k)*measure_at(mesh, axisymmetric, cell, places(:, k))
+      volume = volume + weights(k)*measure_at(mesh, cell, places(:, k))
     end do
   end function volume_of
 end module qsmpm_cell_share

@@ -59,74 +59,40 @@ module qsmpm_field_list
     integer :: count = 0
     type(field_type), allocatable :: fields(:)
   contains
-    procedure, private :: add_row
-    procedure, private :: add_table
-    procedure, private :: add_labels
-    procedure, private :: add_numbers
-    generic :: add => add_row, add_table, add_labels, add_numbers
+    procedure :: add
     procedure :: add_made
     procedure :: find
   end type field_list_type
 
 contains
 
-  !> A stored field of one number a point; none where it is not allocated.
-  subroutine add_row(self, name, values, kind, shown, unit, meaning)
+  !> A stored field: a number a point (row) or several (table), integers, short or long; none where it is not allocated.
+  subroutine add(self, name, kind, shown, unit, meaning, row, table, labels, numbers)
     class(field_list_type), intent(inout) :: self
     character(len=*), intent(in) :: name
-    real(wp), allocatable, intent(in), target :: values(:)
     !> One of the kind_* and of the shown_* values.
     integer, intent(in) :: kind
     integer, intent(in), optional :: shown
     character(len=*), intent(in), optional :: unit, meaning
+    !> One of these.
+    real(wp), allocatable, intent(in), target, optional :: row(:), table(:, :)
+    integer, allocatable, intent(in), target, optional :: labels(:)
+    integer(long), allocatable, intent(in), target, optional :: numbers(:)
 
     call append(self, name, kind, shown, unit, meaning)
     associate (field => self%fields(self%count))
-      field%is_row = .true.
-      if (allocated(values)) field%reals(1:1, 1:size(values)) => values
+      field%is_row = .not. present(table)
+      if (present(row)) then
+        if (allocated(row)) field%reals(1:1, 1:size(row)) => row
+      else if (present(table)) then
+        if (allocated(table)) field%reals => table
+      else if (present(labels)) then
+        if (allocated(labels)) field%labels => labels
+      else if (allocated(numbers)) then
+        field%numbers => numbers
+      end if
     end associate
-  end subroutine add_row
-
-  !> A stored field of several numbers a point.
-  subroutine add_table(self, name, values, kind, shown, unit, meaning)
-    class(field_list_type), intent(inout) :: self
-    character(len=*), intent(in) :: name
-    real(wp), allocatable, intent(in), target :: values(:, :)
-    integer, intent(in) :: kind
-    integer, intent(in), optional :: shown
-    character(len=*), intent(in), optional :: unit, meaning
-
-    call append(self, name, kind, shown, unit, meaning)
-    if (allocated(values)) self%fields(self%count)%reals => values
-  end subroutine add_table
-
-  !> A stored field of integers.
-  subroutine add_labels(self, name, values, kind, shown, unit, meaning)
-    class(field_list_type), intent(inout) :: self
-    character(len=*), intent(in) :: name
-    integer, allocatable, intent(in), target :: values(:)
-    integer, intent(in) :: kind
-    integer, intent(in), optional :: shown
-    character(len=*), intent(in), optional :: unit, meaning
-
-    call append(self, name, kind, shown, unit, meaning)
-    self%fields(self%count)%is_row = .true.
-    if (allocated(values)) self%fields(self%count)%labels => values
-  end subroutine add_labels
-
-  !> A stored field of long integers.
-  subroutine add_numbers(self, name, values, kind, shown, unit, meaning)
-    class(field_list_type), intent(inout) :: self
-    character(len=*), intent(in) :: name
-    integer(long), allocatable, intent(in), target :: values(:)
-    integer, intent(in) :: kind
-    integer, intent(in), optional :: shown
-    character(len=*), intent(in), optional :: unit, meaning
-
-    call append(self, name, kind, shown, unit, meaning)
-    self%fields(self%count)%is_row = .true.
-    if (allocated(values)) self%fields(self%count)%numbers => values
-  end subroutine add_numbers
+  end subroutine add
 
   !> A field that is made from others; it holds its values.
   subroutine add_made(self, name, values, kind, shown, unit, meaning)

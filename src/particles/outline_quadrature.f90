@@ -27,10 +27,8 @@ module qsmpm_outline_quadrature
 contains
 
   !> Add the integration points of a body.
-  pure subroutine seed_outline_cells(mesh, axisymmetric, outline, body, degree, list)
+  pure subroutine seed_outline_cells(mesh, outline, body, degree, list)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes per radian.
-    logical, intent(in) :: axisymmetric
     !> Vertices, counter-clockwise (2,n).
     real(wp), intent(in) :: outline(:, :)
     !> Number of the body.
@@ -53,10 +51,10 @@ contains
         if (any(corner_low >= high) .or. any(corner_high <= low)) cycle
         if (is_crossed(outline, corner_low, corner_high)) then
           call pieces_in_convex(whole, corners, pieces)
-          call add_pieces(mesh, axisymmetric, c, body, pieces, rule_degree(mesh, axisymmetric, c, degree), list)
+          call add_pieces(mesh, c, body, pieces, rule_degree(mesh, c, degree), list)
         else if (polygon_contains(outline, sum(corners, dim=2)/size(corners, 2))) then
           call begin_list(corners, base)
-          call add_pieces(mesh, axisymmetric, c, body, base, rule_degree(mesh, axisymmetric, c, degree), list)
+          call add_pieces(mesh, c, body, base, rule_degree(mesh, c, degree), list)
         end if
       end associate
     end do
@@ -83,21 +81,19 @@ contains
   end function is_crossed
 
   !> Degree of the gradients of a cell's functions, in axisymmetry times the radius; at least two, for the stiffness.
-  pure integer function rule_degree(mesh, axisymmetric, cell, degree)
+  pure integer function rule_degree(mesh, cell, degree)
     type(mesh_type), intent(in) :: mesh
-    logical, intent(in) :: axisymmetric
     integer, intent(in) :: cell
     !> Degree of the functions of a grid along an axis, 0 for those of the elements.
     integer, intent(in) :: degree
 
     rule_degree = 2*max(degree, element_order(mesh%cell_kind(cell))) - 1
-    rule_degree = max(2, rule_degree + merge(1, 0, axisymmetric))
+    rule_degree = max(2, rule_degree + merge(1, 0, mesh%axisymmetric))
   end function rule_degree
 
   !> Add the points of the pieces of a cell.
-  pure subroutine add_pieces(mesh, axisymmetric, cell, body, pieces, degree, list)
+  pure subroutine add_pieces(mesh, cell, body, pieces, degree, list)
     type(mesh_type), intent(in) :: mesh
-    logical, intent(in) :: axisymmetric
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
     type(polygon_list_type), intent(in) :: pieces
@@ -109,22 +105,21 @@ contains
     integer :: k
 
     area = polygon_area(corners_of(mesh, cell))
-    scale = volume_of(mesh, axisymmetric, cell)/area
-    if (axisymmetric) scale = scale/sum(polygon_centroid(corners_of(mesh, cell))*[1, 0])
+    scale = volume_of(mesh, cell)/area
+    if (mesh%axisymmetric) scale = scale/sum(polygon_centroid(corners_of(mesh, cell))*[1, 0])
     if (abs(scale - 1.0_wp) <= nothing) scale = 1.0_wp
     call simplex_degree(2, degree, places, weights)
     do k = 1, pieces%count
       associate (polygon => pieces%vertices(:, pieces%first(k):pieces%first(k + 1) - 1))
         if (abs(polygon_area(polygon)) > nothing*area) &
-          call add_fan(mesh, axisymmetric, cell, body, polygon, nothing*area, scale, places, weights, list)
+          call add_fan(mesh, cell, body, polygon, nothing*area, scale, places, weights, list)
       end associate
     end do
   end subroutine add_pieces
 
   !> Add the points of the triangles from the centroid of a piece to its edges.
-  pure subroutine add_fan(mesh, axisymmetric, cell, body, polygon, smallest, scale, places, weights, list)
+  pure subroutine add_fan(mesh, cell, body, polygon, smallest, scale, places, weights, list)
     type(mesh_type), intent(in) :: mesh
-    logical, intent(in) :: axisymmetric
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
     !> (2,n)
@@ -148,7 +143,7 @@ contains
         x = centre + places(1, k)*a + places(2, k)*b
         call inverse_map(mesh, cell, x, local, ok)
         if (ok) call add_seed(list, cell, body, local, &
-          scale*weights(k)*twice_area*merge(x(1), 1.0_wp, axisymmetric), [0.0_wp, 0.0_wp])
+          scale*weights(k)*twice_area*merge(x(1), 1.0_wp, mesh%axisymmetric), [0.0_wp, 0.0_wp])
       end do
     end do
   end subroutine add_fan

@@ -7,10 +7,9 @@ module qsmpm_outline_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_body_shape, only: body_shape_type
-  use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, facet_normal
+  use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, facet_normal, prism_caps, prism_walls
   use qsmpm_plane_clip, only: planes_of_box, clip_facet, most_corners
   use qsmpm_polygon_difference, only: slits_of
-  use qsmpm_prism_facets, only: prism_caps, prism_walls
   use qsmpm_surface_seeding, only: seed_segment, seed_facets
   use qsmpm_seed_list, only: seed_list_type
   implicit none
@@ -28,10 +27,8 @@ module qsmpm_outline_seeding
 contains
 
   !> Surface points on what of the bounds of a body is in a box.
-  pure subroutine seed_outline(mesh, axisymmetric, occupied, shape, box, slack, degree, surface, list, left_out)
+  pure subroutine seed_outline(mesh, occupied, shape, box, slack, degree, surface, list, left_out)
     type(mesh_type), intent(in) :: mesh
-    !> Areas per radian.
-    logical, intent(in) :: axisymmetric
     !> Cells that hold material of the body (cell_count).
     logical, intent(in) :: occupied(:)
     !> Bounds of the body.
@@ -74,7 +71,7 @@ contains
     left_out = sum(length, mask=cut .and. length > strip*slack)
     do i = 1, n
       if (inside(i) .and. .not. (cut(i) .or. slit(i))) &
-        call seed_segment(mesh, axisymmetric, occupied, .true., segment(:, i), degree, surface, list)
+        call seed_segment(mesh, occupied, .true., segment(:, i), degree, surface, list)
     end do
   end subroutine seed_outline
 

@@ -17,8 +17,8 @@ module qsmpm_overburden
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_mesh, only: mesh_type
   use qsmpm_body_shape, only: body_shape_type
-  use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, find_crossings, polyhedron_contains, facet_normal
-  use qsmpm_prism_facets, only: prism_caps, prism_walls
+  use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, find_crossings, polyhedron_contains, facet_normal, &
+    prism_caps, prism_walls
   use qsmpm_value_field, only: value_field_type, has_values, value_at
   use qsmpm_water_table, only: water_table_type, level_at
   implicit none

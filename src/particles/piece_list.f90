@@ -9,22 +9,28 @@ module qsmpm_piece_list
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_seed_pattern, only: pattern_type
+  use qsmpm_tensor, only: cross
   implicit none
   private
 
-  public :: piece_list_type, add_piece, merge_small_pieces, points_of_piece, find_inside, half_of_box
+  public :: piece_type, piece_list_type, add_piece, merge_small_pieces, points_of_piece, find_inside, half_of_box
+
+  !> A piece.
+  type :: piece_type
+    !> Area in the plane, volume in 3D.
+    real(wp) :: measure
+    !> Centroid and extents along the axes; the third is 0 in the plane.
+    real(wp) :: centroid(3), extent(3)
+    !> Mean of (x - c)(x - c)' over the piece, c its centroid.
+    real(wp) :: second(3, 3)
+    !> Sub-cell, each number from 1 to n.
+    integer :: place(3)
+  end type piece_type
 
   !> Pieces; the first `count` are used.
   type :: piece_list_type
     integer :: count = 0
-    !> Area in the plane, volume in 3D (count).
-    real(wp), allocatable :: measure(:)
-    !> Centroid and extents along the axes (3, count); the third is 0 in the plane.
-    real(wp), allocatable :: centroid(:, :), extent(:, :)
-    !> Mean of (x - c)(x - c)' over a piece, c its centroid (3, 3, count).
-    real(wp), allocatable :: second(:, :, :)
-    !> Sub-cell, each number from 1 to n (3, count).
-    integer, allocatable :: place(:, :)
+    type(piece_type), allocatable :: items(:)
   end type piece_list_type
 
   !> Deviation from the box of the extents of a piece, and from a root of zero, that is rounding.
@@ -36,56 +42,15 @@ module qsmpm_piece_list
 contains
 
   !> Append a piece.
-  pure subroutine add_piece(list, measure, centroid, extent, second, place)
+  pure subroutine add_piece(list, piece)
     type(piece_list_type), intent(inout) :: list
-    !> Area or volume.
-    real(wp), intent(in) :: measure
-    !> Centroid and extents (3).
-    real(wp), intent(in) :: centroid(3), extent(3)
-    !> Mean of (x - c)(x - c)' (3,3).
-    real(wp), intent(in) :: second(3, 3)
-    !> Sub-cell (3).
-    integer, intent(in) :: place(3)
-    integer :: n
+    type(piece_type), intent(in) :: piece
 
-    n = list%count
-    call make_room(list, n + 1)
-    list%count = n + 1
-    list%measure(n + 1) = measure
-    list%centroid(:, n + 1) = centroid
-    list%extent(:, n + 1) = extent
-    list%second(:, :, n + 1) = second
-    list%place(:, n + 1) = place
+    if (.not. allocated(list%items)) allocate (list%items(64))
+    if (list%count == size(list%items)) list%items = [list%items, list%items]
+    list%count = list%count + 1
+    list%items(list%count) = piece
   end subroutine add_piece
-
-  !> Room for a number of pieces.
-  pure subroutine make_room(list, count)
-    type(piece_list_type), intent(inout) :: list
-    !> Number of pieces.
-    integer, intent(in) :: count
-    type(piece_list_type) :: longer
-    integer :: n, room
-
-    n = list%count
-    room = 0
-    if (allocated(list%measure)) room = size(list%measure)
-    if (count <= room) return
-    room = max(64, 2*room)
-    allocate (longer%measure(room), longer%centroid(3, room), longer%extent(3, room), &
-      longer%second(3, 3, room), longer%place(3, room))
-    if (n > 0) then
-      longer%measure(:n) = list%measure(:n)
-      longer%centroid(:, :n) = list%centroid(:, :n)
-      longer%extent(:, :n) = list%extent(:, :n)
-      longer%second(:, :, :n) = list%second(:, :, :n)
-      longer%place(:, :n) = list%place(:, :n)
-    end if
-    call move_alloc(longer%measure, list%measure)
-    call move_alloc(longer%centroid, list%centroid)
-    call move_alloc(longer%extent, list%extent)
-    call move_alloc(longer%second, list%second)
-    call move_alloc(longer%place, list%place)
-  end subroutine make_room
 
   !> Give every piece below a measure to the largest piece around it: volume, first and second moment stay.
   pure subroutine merge_small_pieces(pieces, smallest)
@@ -98,64 +63,55 @@ contains
 
     do while (pieces%count > 1)
       n = pieces%count
-      i = minloc(pieces%measure(:n), dim=1)
-      if (pieces%measure(i) >= smallest) return
+      i = minloc(pieces%items(:n)%measure, dim=1)
+      if (pieces%items(i)%measure >= smallest) return
       target = 0
       best_near = .false.
       do k = 1, n
         if (k == i) cycle
-        near = all(abs(pieces%place(:, k) - pieces%place(:, i)) <= 1)
+        near = all(abs(pieces%items(k)%place - pieces%items(i)%place) <= 1)
         if (target > 0) then
           if (best_near .and. .not. near) cycle
-          if ((best_near .eqv. near) .and. pieces%measure(k) <= pieces%measure(target)) cycle
+          if ((best_near .eqv. near) .and. pieces%items(k)%measure <= pieces%items(target)%measure) cycle
         end if
         target = k
         best_near = near
       end do
-      call merge_into(pieces, i, target)
+      call merge_into(pieces%items(i), pieces%items(target))
+      pieces%items(i:n - 1) = pieces%items(i + 1:n)
+      pieces%count = n - 1
     end do
   end subroutine merge_small_pieces
 
-  !> Add one piece to another and remove it.
-  pure subroutine merge_into(pieces, i, target)
-    type(piece_list_type), intent(inout) :: pieces
-    !> The piece that goes, and the one that gains it.
-    integer, intent(in) :: i, target
+  !> Add one piece to another.
+  pure subroutine merge_into(piece, target)
+    type(piece_type), intent(in) :: piece
+    type(piece_type), intent(inout) :: target
     real(wp) :: total, part, apart(3)
     integer :: k
 
-    total = pieces%measure(i) + pieces%measure(target)
+    total = piece%measure + target%measure
     if (total > 0.0_wp) then
-      part = pieces%measure(i)/total
-      apart = pieces%centroid(:, i) - pieces%centroid(:, target)
+      part = piece%measure/total
+      apart = piece%centroid - target%centroid
       do k = 1, 3
-        pieces%second(:, k, target) = part*pieces%second(:, k, i) + (1.0_wp - part)*pieces%second(:, k, target) &
+        target%second(:, k) = part*piece%second(:, k) + (1.0_wp - part)*target%second(:, k) &
           + part*(1.0_wp - part)*apart*apart(k)
       end do
-      pieces%centroid(:, target) = pieces%centroid(:, target) + part*apart
+      target%centroid = target%centroid + part*apart
     end if
-    pieces%measure(target) = total
-    do k = i, pieces%count - 1
-      pieces%measure(k) = pieces%measure(k + 1)
-      pieces%centroid(:, k) = pieces%centroid(:, k + 1)
-      pieces%extent(:, k) = pieces%extent(:, k + 1)
-      pieces%second(:, :, k) = pieces%second(:, :, k + 1)
-      pieces%place(:, k) = pieces%place(:, k + 1)
-    end do
-    pieces%count = pieces%count - 1
+    target%measure = total
   end subroutine merge_into
 
   !> The points of a piece. One is at its centroid, with a box of its proportions and measure. More hold its first and
   !> second moments: c + L s with L L' the mean of (x - c)(x - c)', s the corners of a square, a tetrahedron or a cube,
   !> of mean s s' = 1. In a convex plane piece they lie inside, for it contains the ellipse |L^-1 (x - c)| = sqrt 2
   !> (Kannan, Lovasz and Simonovits 1995); elsewhere they are turned until they lie in the cell.
-  pure subroutine points_of_piece(mesh, cell, pieces, k, pattern, d, x, half)
+  pure subroutine points_of_piece(mesh, cell, piece, pattern, d, x, half)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> The pieces, and the number of one.
-    type(piece_list_type), intent(in) :: pieces
-    integer, intent(in) :: k
+    type(piece_type), intent(in) :: piece
     type(pattern_type), intent(in) :: pattern
     !> 2 for a plane piece, 3.
     integer, intent(in) :: d
@@ -169,18 +125,19 @@ contains
     integer :: i, n, trial, corner(3)
 
     n = pattern%spread
-    if (pattern%boxes_whole .and. is_box(pieces, k, d)) n = 1
+    ! One that fills the box of its extents.
+    if (pattern%boxes_whole .and. abs(piece%measure/product(piece%extent(:d)) - 1.0_wp) <= nothing) n = 1
     allocate (x(d, n), half(d, n))
-    root = root_of(pieces%second(:d, :d, k))
+    root = root_of(piece%second(:d, :d))
     do trial = 0, most_turns + most_drawn
       if (trial > most_turns) root = drawn_together*root
       all_inside = .true.
       do i = 1, n
         corner = cube(:, i)
         if (d == 3 .and. n == 4) corner = tetrahedron(:, i)
-        x(:, i) = pieces%centroid(:d, k)
+        x(:, i) = piece%centroid(:d)
         if (n > 1) x(:, i) = x(:, i) + matmul(root, turned(real(corner(:d), wp), trial))
-        place = pieces%centroid(:, k)
+        place = piece%centroid
         place(:d) = x(:, i)
         call find_inside(mesh, cell, place(:mesh%dimension), local, inside)
         all_inside = all_inside .and. inside
@@ -190,20 +147,9 @@ contains
     half = tiny(1.0_wp)
     if (n > 1 .and. .not. pattern%has_boxes) return
     do i = 1, n
-      half(:, i) = inside_cell(mesh, cell, x(:, i), half_of_box(pieces%extent(:d, k), pieces%measure(k)/n))
+      half(:, i) = inside_cell(mesh, cell, x(:, i), half_of_box(piece%extent(:d), piece%measure/n))
     end do
   end subroutine points_of_piece
-
-  !> True when a piece fills the box of its extents.
-  pure logical function is_box(pieces, k, dimension)
-    !> The pieces, and the number of one.
-    type(piece_list_type), intent(in) :: pieces
-    integer, intent(in) :: k
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-
-    is_box = abs(pieces%measure(k)/product(pieces%extent(:dimension, k)) - 1.0_wp) <= nothing
-  end function is_box
 
   !> Half lengths of a box of given proportions and measure.
   pure function half_of_box(extent, measure) result(half)
@@ -296,13 +242,4 @@ contains
       turned = vector + 2.0_wp*cross(axis, cross(axis, vector) + scalar*vector)
     end if
   end function turned
-
-  !> Cross product.
-  pure function cross(a, b)
-    !> (3)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: cross(3)
-
-    cross = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 end module qsmpm_piece_list

@@ -5,7 +5,7 @@
 module qsmpm_point_delivery
   use qsmpm_kinds, only: wp, long
   use qsmpm_field_list, only: field_list_type, field_type
-  use qsmpm_point_selection, only: allocate_like, keep_chosen
+  use qsmpm_point_selection, only: allocate_like, keep_chosen, copy_column
   use qsmpm_points, only: carried_type
   use qsmpm_sorting, only: order_columns
   use qsmpm_team, only: team_type, total, hand_over
@@ -184,18 +184,6 @@ contains
       end do
     end do
   end subroutine unpack_points
-
-  !> What one point carries of a field.
-  subroutine copy_column(from, column, place, to)
-    type(field_type), intent(in) :: from
-    !> Which of its points, and where it goes.
-    integer, intent(in) :: column, place
-    type(field_type), intent(inout) :: to
-
-    if (associated(from%reals)) to%reals(:, place) = from%reals(:, column)
-    if (associated(from%labels)) to%labels(place) = from%labels(column)
-    if (associated(from%numbers)) to%numbers(place) = from%numbers(column)
-  end subroutine copy_column
 
   !> What points carry in reals, in two sums of their bits: the same whoever has the points and in whatever order,
   !> another one where a bit differs. Sums of the numbers themselves would differ by rounding.

@@ -1,13 +1,13 @@
 !> Some of the points of a set as a set of their own, and two sets as one: points whose body comes or goes change from
 !> one set to another with all that they carry.
 module qsmpm_point_selection
-  use qsmpm_field_list, only: field_list_type
+  use qsmpm_field_list, only: field_list_type, field_type
   use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_points, allocate_surface_points, &
     carry_as
   implicit none
   private
 
-  public :: select_points, keep_chosen, append_points, move_points, allocate_like
+  public :: select_points, keep_chosen, append_points, move_points, allocate_like, copy_column
 
 contains
 
@@ -94,11 +94,20 @@ contains
     do i = 1, old%count
       if (old%fields(i)%point_count() == 0) cycle
       do k = 1, size(chosen)
-        if (associated(old%fields(i)%reals)) &
-          new%fields(i)%reals(:, before + k) = old%fields(i)%reals(:, chosen(k))
-        if (associated(old%fields(i)%labels)) new%fields(i)%labels(before + k) = old%fields(i)%labels(chosen(k))
-        if (associated(old%fields(i)%numbers)) new%fields(i)%numbers(before + k) = old%fields(i)%numbers(chosen(k))
+        call copy_column(old%fields(i), chosen(k), before + k, new%fields(i))
       end do
     end do
   end subroutine copy_columns
+
+  !> What one point carries of a field.
+  pure subroutine copy_column(from, column, place, to)
+    type(field_type), intent(in) :: from
+    !> Which of its points, and where it goes.
+    integer, intent(in) :: column, place
+    type(field_type), intent(inout) :: to
+
+    if (associated(from%reals)) to%reals(:, place) = from%reals(:, column)
+    if (associated(from%labels)) to%labels(place) = from%labels(column)
+    if (associated(from%numbers)) to%numbers(place) = from%numbers(column)
+  end subroutine copy_column
 end module qsmpm_point_selection

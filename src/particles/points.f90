@@ -22,7 +22,7 @@ module qsmpm_points
 
   public :: carried_type, points_type, surface_points_type, watched_points_type, place_of, allocate_carried, &
     allocate_points, allocate_surface_points, allocate_watched, copy_points, start_strains, carries_strains, &
-    reset_strains, start_water, carries_water, carry_as, set_normals, list_made_fields
+    reset_strains, start_water, carries_water, carry_as, set_normals, list_made_fields, nearest_point
 
   !> Places that move with the material.
   type :: carried_type
@@ -109,12 +109,12 @@ contains
     class(carried_type), intent(in), target :: self
     type(field_list_type), intent(inout) :: list
 
-    call list%add('position', self%position, kind_position, shown_everywhere, unit_length, 'present position')
-    call list%add('initial_position', self%initial_position, kind_position, shown_by_name, unit_length, &
-      'position at the start, or where displacements were set to zero last')
-    call list%add('local_coordinate', self%local, kind_internal)
-    call list%add('cell', self%cell, kind_internal)
-    call list%add('number', self%number, kind_internal)
+    call list%add('position', kind_position, shown_everywhere, unit_length, 'present position', table=self%position)
+    call list%add('initial_position', kind_position, shown_by_name, unit_length, &
+      'position at the start, or where displacements were set to zero last', table=self%initial_position)
+    call list%add('local_coordinate', kind_internal, table=self%local)
+    call list%add('cell', kind_internal, labels=self%cell)
+    call list%add('number', kind_internal, numbers=self%number)
   end subroutine list_carried
 
   !> Fields of the material points.
@@ -123,29 +123,30 @@ contains
     type(field_list_type), intent(inout) :: list
 
     call self%carried_type%list_fields(list)
-    call list%add('stress', self%stress, kind_tensor, shown_everywhere, unit_stress, 'Cauchy stress')
-    call list%add('volume', self%volume, kind_amount, shown_everywhere, unit_volume, 'present volume')
-    call list%add('initial_volume', self%initial_volume, kind_amount, shown_everywhere, unit_volume, &
-      'volume at the start, or where initial stresses were set')
-    call list%add('weight', self%weight, kind_amount, shown_by_name, unit_force, 'weight under unit gravity')
-    call list%add('plastic', self%plastic, kind_label, shown_everywhere, meaning='1 where the point yielded in the '// &
-      'last step')
-    call list%add('material', self%material, kind_label, shown_everywhere, meaning='number of the material')
-    call list%add('body', self%body, kind_label, shown_by_name, meaning='number of the body')
-    call list%add('foot', self%foot, kind_internal)
-    call list%add('start_weight', self%start_weight, kind_internal)
-    call list%add('state', self%state, kind_internal, shown_by_name, meaning='state variables of the law, all')
-    call list%add('half_size', self%half_size, kind_internal)
-    call list%add('deformation_gradient', self%deformation_gradient, kind_internal)
-    call list%add('left_cauchy_green', self%left_cauchy_green, kind_tensor, shown_by_name, meaning='left '// &
-      'Cauchy-Green tensor b = F F^T of the total deformation')
-    call list%add('accumulated_plastic_shear_strain', self%plastic_strain, kind_number, shown_everywhere, &
-      meaning='sum over the steps of (2 e:e)^1/2, e the deviator of the plastic strain of a step')
-    call list%add('steady_pore_pressure', self%steady_pore_pressure, kind_number, shown_by_name, unit_stress, &
-      'pressure of the water at rest below the water level, compression positive')
-    call list%add('pore_pressure', self%pore_pressure, kind_number, shown_everywhere, unit_stress, &
-      'pressure of the water in the pores, steady and excess, compression positive')
-    call list%add('pore_state', self%pore_state, kind_internal)
+    call list%add('stress', kind_tensor, shown_everywhere, unit_stress, 'Cauchy stress', table=self%stress)
+    call list%add('volume', kind_amount, shown_everywhere, unit_volume, 'present volume', row=self%volume)
+    call list%add('initial_volume', kind_amount, shown_everywhere, unit_volume, &
+      'volume at the start, or where initial stresses were set', row=self%initial_volume)
+    call list%add('weight', kind_amount, shown_by_name, unit_force, 'weight under unit gravity', row=self%weight)
+    call list%add('plastic', kind_label, shown_everywhere, meaning='1 where the point yielded in the '// &
+      'last step', labels=self%plastic)
+    call list%add('material', kind_label, shown_everywhere, meaning='number of the material', labels=self%material)
+    call list%add('body', kind_label, shown_by_name, meaning='number of the body', labels=self%body)
+    call list%add('foot', kind_internal, labels=self%foot)
+    call list%add('start_weight', kind_internal, row=self%start_weight)
+    call list%add('state', kind_internal, shown_by_name, meaning='state variables of the law, all', table=self%state)
+    call list%add('half_size', kind_internal, table=self%half_size)
+    call list%add('deformation_gradient', kind_internal, table=self%deformation_gradient)
+    call list%add('left_cauchy_green', kind_tensor, shown_by_name, meaning='left '// &
+      'Cauchy-Green tensor b = F F^T of the total deformation', table=self%left_cauchy_green)
+    call list%add('accumulated_plastic_shear_strain', kind_number, shown_everywhere, &
+      meaning='sum over the steps of (2 e:e)^1/2, e the deviator of the plastic strain of a step', &
+      row=self%plastic_strain)
+    call list%add('steady_pore_pressure', kind_number, shown_by_name, unit_stress, &
+      'pressure of the water at rest below the water level, compression positive', row=self%steady_pore_pressure)
+    call list%add('pore_pressure', kind_number, shown_everywhere, unit_stress, &
+      'pressure of the water in the pores, steady and excess, compression positive', row=self%pore_pressure)
+    call list%add('pore_state', kind_internal, table=self%pore_state)
   end subroutine list_points
 
   !> Fields of the surface points.
@@ -154,17 +155,17 @@ contains
     type(field_list_type), intent(inout) :: list
 
     call self%carried_type%list_fields(list)
-    call list%add('surface', self%surface, kind_label)
-    call list%add('body', self%body, kind_internal)
-    call list%add('foot', self%foot, kind_internal)
-    call list%add('area', self%area, kind_amount, unit=unit_area)
-    call list%add('area_vector', self%area_vector, kind_vector, unit=unit_area)
-    call list%add('normal', self%normal, kind_vector)
-    call list%add('reaction', self%reaction, kind_vector, unit=unit_force)
-    call list%add('released', self%released, kind_vector, unit=unit_force)
-    call list%add('contact_pressure', self%contact_pressure, kind_number, unit=unit_stress)
-    call list%add('contact_shear', self%contact_shear, kind_vector, unit=unit_stress)
-    call list%add('contact_slip', self%contact_slip, kind_vector, unit=unit_length)
+    call list%add('surface', kind_label, labels=self%surface)
+    call list%add('body', kind_internal, labels=self%body)
+    call list%add('foot', kind_internal, labels=self%foot)
+    call list%add('area', kind_amount, unit=unit_area, row=self%area)
+    call list%add('area_vector', kind_vector, unit=unit_area, table=self%area_vector)
+    call list%add('normal', kind_vector, table=self%normal)
+    call list%add('reaction', kind_vector, unit=unit_force, table=self%reaction)
+    call list%add('released', kind_vector, unit=unit_force, table=self%released)
+    call list%add('contact_pressure', kind_number, unit=unit_stress, row=self%contact_pressure)
+    call list%add('contact_shear', kind_vector, unit=unit_stress, table=self%contact_shear)
+    call list%add('contact_slip', kind_vector, unit=unit_length, table=self%contact_slip)
   end subroutine list_surface_points
 
   !> Fields of the watched places.
@@ -173,9 +174,9 @@ contains
     type(field_list_type), intent(inout) :: list
 
     call self%carried_type%list_fields(list)
-    call list%add('set', self%set, kind_label)
-    call list%add('component', self%component, kind_label)
-    call list%add('pushed', self%pushed, kind_number, unit=unit_length)
+    call list%add('set', kind_label, labels=self%set)
+    call list%add('component', kind_label, labels=self%component)
+    call list%add('pushed', kind_number, unit=unit_length, row=self%pushed)
   end subroutine list_watched
 
   !> Position of one as three coordinates, the third 0 in the plane.
@@ -187,6 +188,28 @@ contains
     place = 0.0_wp
     place(:size(carried%position, 1)) = carried%position(:, number)
   end function place_of
+
+  !> Material point nearest to a place, of a body (0 when it has none) or of all; the first of equally near ones.
+  pure integer function nearest_point(points, x, body) result(nearest)
+    type(points_type), intent(in) :: points
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    integer, intent(in), optional :: body
+    real(wp) :: distance, least
+    integer :: p
+
+    nearest = merge(0, 1, present(body))
+    least = huge(least)
+    do p = 1, points%count
+      if (present(body)) then
+        if (points%body(p) /= body) cycle
+      end if
+      distance = sum((points%position(:, p) - x)**2)
+      if (distance >= least) cycle
+      least = distance
+      nearest = p
+    end do
+  end function nearest_point
 
   !> Allocate the arrays of a carried set; its places are numbered as they stand.
   pure subroutine allocate_carried(carried, dimension, count)

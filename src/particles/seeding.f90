@@ -7,8 +7,7 @@
 !> it gets points that keep its second moments too (docs/methods/bodies.md).
 module qsmpm_seeding
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: corner_count, shape_functions
-  use qsmpm_element_kinds, only: quad4, hex8, linear_kind, max_nodes
+  use qsmpm_element_kinds, only: quad4, hex8, linear_kind
   use qsmpm_mesh, only: mesh_type
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_cell_share, only: occupied_share, upright_prism, corners_of, solid_of, measure_at, volume_of
@@ -18,8 +17,8 @@ module qsmpm_seeding
   use qsmpm_seed_pattern, only: pattern_type, choose_pattern, choose_sub_cells, layers_of, face_kind, &
     seed_even, seed_gauss, seed_fem
   use qsmpm_seed_list, only: seed_list_type, add_seed
-  use qsmpm_mesh_measure, only: interpolate
   use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_mesh_measure, only: place_in_cell
   implicit none
   private
 
@@ -36,10 +35,8 @@ module qsmpm_seeding
 contains
 
   !> Add the points of one body.
-  subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, places, degree, list, error, cells)
+  subroutine seed_body(mesh, shape, body, points_per_element, places, degree, list, error, cells)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
     !> Number of the body.
@@ -69,8 +66,11 @@ contains
       if (allocated(shape%region)) then
         if (.not. shape%region(c)) cycle
       end if
-      call occupied_share(mesh, axisymmetric, shape, solid, c, share, centre)
-      rounding = max(nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c), shape%slack)
+      call occupied_share(mesh, shape, solid, c, share, centre)
+      associate (corners => corners_of(mesh, c))
+        rounding = max(nothing + 2.0_wp*shape%uncertainty/minval(maxval(corners, dim=2) - minval(corners, dim=2)), &
+          shape%slack)
+      end associate
       if (share <= rounding) cycle
       call choose_pattern(mesh%cell_kind(c), points_per_element, places, degree, pattern, error)
       if (allocated(error)) return
@@ -80,23 +80,12 @@ contains
         return
       end if
       if (share >= 1.0_wp - rounding .and. pattern_fits(mesh, c, pattern)) then
-        call seed_cell(mesh, axisymmetric, c, body, pattern, list)
+        call seed_cell(mesh, c, body, pattern, list)
       else
-        call seed_pieces(mesh, axisymmetric, shape, solid, c, body, share, pattern, list)
+        call seed_pieces(mesh, shape, solid, c, body, share, pattern, list)
       end if
     end do
   end subroutine seed_body
-
-  !> Least length of a cell along an axis.
-  pure real(wp) function least_extent(mesh, cell) result(extent)
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    real(wp) :: corners(mesh%dimension, corner_count(mesh%cell_kind(cell)))
-
-    corners = corners_of(mesh, cell)
-    extent = minval(maxval(corners, dim=2) - minval(corners, dim=2))
-  end function least_extent
 
   !> True when the places of the pattern are the centroids of what they stand for: not so for a
   !> regular pattern in a plane quadrilateral or an upright brick that is no parallelogram.
@@ -118,50 +107,30 @@ contains
       <= straight*maxval(maxval(base, dim=2) - minval(base, dim=2))
   end function pattern_fits
 
-  !> The whole pattern; its volumes add up to the volume of the cell.
-  subroutine seed_cell(mesh, axisymmetric, cell, body, pattern, list)
+  !> The whole pattern. One that is no Gauss rule does not integrate the Jacobian of a distorted element: its volumes
+  !> are scaled to the exact sum.
+  subroutine seed_cell(mesh, cell, body, pattern, list)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
     type(pattern_type), intent(in) :: pattern
     type(seed_list_type), intent(inout) :: list
-    real(wp) :: volume(size(pattern%weights))
+    real(wp) :: volume(size(pattern%weights)), ratio
     integer :: k
 
-    call pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
     do k = 1, size(volume)
-      call add_point(mesh, axisymmetric, cell, body, pattern%places(:, k), volume(k), list)
+      volume(k) = pattern%weights(k)*measure_at(mesh, cell, pattern%places(:, k))
+    end do
+    ratio = volume_of(mesh, cell)/sum(volume)
+    if (abs(ratio - 1.0_wp) > straight) volume = ratio*volume
+    do k = 1, size(volume)
+      call add_point(mesh, cell, body, pattern%places(:, k), volume(k), list)
     end do
   end subroutine seed_cell
 
-  !> Volumes the points of a pattern stand for in a cell. A pattern that is no Gauss rule does not
-  !> integrate the Jacobian of a distorted element: its volumes are scaled to the exact sum.
-  subroutine pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
-    type(mesh_type), intent(in) :: mesh
-    !> Volumes per radian.
-    logical, intent(in) :: axisymmetric
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    type(pattern_type), intent(in) :: pattern
-    !> (n)
-    real(wp), intent(out) :: volume(:)
-    real(wp) :: ratio
-    integer :: k
-
-    do k = 1, size(volume)
-      volume(k) = pattern%weights(k)*measure_at(mesh, axisymmetric, cell, pattern%places(:, k))
-    end do
-    ratio = volume_of(mesh, axisymmetric, cell)/sum(volume)
-    if (abs(ratio - 1.0_wp) > straight) volume = ratio*volume
-  end subroutine pattern_volumes
-
   !> A point of a pattern: its box has the shape of the cell and the size of the point.
-  subroutine add_point(mesh, axisymmetric, cell, body, local, volume, list)
+  subroutine add_point(mesh, cell, body, local, volume, list)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes per radian.
-    logical, intent(in) :: axisymmetric
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
     !> Local coordinates (dimension).
@@ -175,35 +144,17 @@ contains
       extent = maxval(corners, dim=2) - minval(corners, dim=2)
     end associate
     measure = volume
-    if (axisymmetric) then
-      x = place_of(mesh, cell, local)
+    if (mesh%axisymmetric) then
+      x = place_in_cell(mesh, cell, local)
       measure = volume/x(1)
     end if
     call add_seed(list, cell, body, local, volume, half_of_box(extent, measure))
   end subroutine add_point
 
-  !> Place of local coordinates in a cell.
-  pure function place_of(mesh, cell, local) result(x)
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    !> Local coordinates (dimension).
-    real(wp), intent(in) :: local(:)
-    real(wp) :: x(mesh%dimension)
-    real(wp) :: functions(max_nodes)
-    integer :: n
-
-    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
-    call shape_functions(mesh%cell_kind(cell), local, functions(:n))
-    x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
-  end function place_of
-
   !> Points for every piece of the body in the sub-cells of a cell. A body that goes through all of z has the points of
   !> its section in every layer: its displacement may be that of the section.
-  subroutine seed_pieces(mesh, axisymmetric, shape, solid, cell, body, share, pattern, list)
+  subroutine seed_pieces(mesh, shape, solid, cell, body, share, pattern, list)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes per radian.
-    logical, intent(in) :: axisymmetric
     !> Bounds of the body, and its polyhedron by `solid_of`.
     type(body_shape_type), intent(in) :: shape
     type(polyhedron_type), intent(in) :: solid
@@ -221,47 +172,36 @@ contains
     integer :: k
 
     call upright_prism(corners_of(mesh, cell), base, limits(1), limits(2), layered)
-    layered = layered .and. goes_through(mesh, shape)
+    layered = layered .and. mesh%dimension == 3 .and. .not. allocated(shape%solid)
+    if (layered) layered = shape%low <= mesh%bounds(3, 1) .and. shape%high >= mesh%bounds(3, 2)
     section = pattern
     if (layered) then
       call choose_sub_cells(face_kind(pattern%kind), size(pattern%weights)/layers_of(pattern%places), section)
       call prism_pieces(shape%outline, base, [0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], section%sub_cells, 1, pieces)
-      pieces%centroid(3, :pieces%count) = 0.5_wp*sum(limits)
+      pieces%items(:pieces%count)%centroid(3) = 0.5_wp*sum(limits)
     else
       call find_pieces(mesh, shape, solid, cell, pattern, pieces)
     end if
-    call merge_small_pieces(pieces, smallest_piece*sum(pieces%measure(:pieces%count)) &
+    call merge_small_pieces(pieces, smallest_piece*sum(pieces%items(:pieces%count)%measure) &
       /(share*section%sub_cells**2*section%layers))
     ! Curved sides and faces: the pieces are those of straight ones.
-    ratio = share*volume_of(mesh, axisymmetric, cell)/sum(pieces%measure(:pieces%count) &
-      *merge(pieces%centroid(1, :pieces%count), 1.0_wp, axisymmetric))
+    ratio = share*volume_of(mesh, cell)/sum(pieces%items(:pieces%count)%measure &
+      *merge(pieces%items(:pieces%count)%centroid(1), 1.0_wp, mesh%axisymmetric))
     if (layered) ratio = ratio/(limits(2) - limits(1))
     if (abs(ratio - 1.0_wp) <= straight) ratio = 1.0_wp
     do k = 1, pieces%count
-      call points_of_piece(mesh, cell, pieces, k, section, merge(2, mesh%dimension, layered), x, half)
+      call points_of_piece(mesh, cell, pieces%items(k), section, merge(2, mesh%dimension, layered), x, half)
       if (layered) then
-        call add_to_layers(mesh, cell, body, x, half, ratio*pieces%measure(k)/size(x, 2), limits, pattern, list)
+        call add_to_layers(mesh, cell, body, x, half, ratio*pieces%items(k)%measure/size(x, 2), limits, pattern, list)
       else
-        call add_points(mesh, axisymmetric, cell, body, x, half, ratio*pieces%measure(k)/size(x, 2), list)
+        call add_points(mesh, cell, body, x, half, ratio*pieces%items(k)%measure/size(x, 2), list)
       end if
     end do
   end subroutine seed_pieces
 
-  !> True when a body of a mesh in space is a section that goes through all of z.
-  pure logical function goes_through(mesh, shape)
-    type(mesh_type), intent(in) :: mesh
-    !> Bounds of the body.
-    type(body_shape_type), intent(in) :: shape
-
-    goes_through = mesh%dimension == 3 .and. .not. allocated(shape%solid)
-    if (goes_through) goes_through = shape%low <= mesh%bounds(3, 1) .and. shape%high >= mesh%bounds(3, 2)
-  end function goes_through
-
   !> Add points of equal measure.
-  subroutine add_points(mesh, axisymmetric, cell, body, x, half, measure, list)
+  subroutine add_points(mesh, cell, body, x, half, measure, list)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes per radian.
-    logical, intent(in) :: axisymmetric
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
     !> Places and half lengths of boxes (dimension, n).
@@ -275,7 +215,7 @@ contains
 
     do i = 1, size(x, 2)
       call find_inside(mesh, cell, x(:, i), local, inside)
-      call add_seed(list, cell, body, local, measure*merge(x(1, i), 1.0_wp, axisymmetric), half(:, i))
+      call add_seed(list, cell, body, local, measure*merge(x(1, i), 1.0_wp, mesh%axisymmetric), half(:, i))
     end do
   end subroutine add_points
 
@@ -303,7 +243,7 @@ contains
         place = limits(1) + 0.5_wp*(1.0_wp + pattern%places(3, l*n))*height_of_cell
       end associate
       do i = 1, size(x, 2)
-        call add_points(mesh, .false., cell, body, reshape([x(:, i), place], [3, 1]), &
+        call add_points(mesh, cell, body, reshape([x(:, i), place], [3, 1]), &
           reshape([half(:, i), 0.5_wp*height], [3, 1]), area*height, list)
       end do
     end do

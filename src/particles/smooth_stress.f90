@@ -25,6 +25,8 @@ module qsmpm_smooth_stress
   use qsmpm_element, only: linear_kind, corner_count, shape_functions, max_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_points, only: points_type
+  use qsmpm_mesh_sets, only: find_cells_at_corners
+  use qsmpm_sorting, only: list_by_key
   implicit none
   private
 
@@ -72,48 +74,10 @@ contains
     type(mesh_type), intent(in) :: mesh
     type(points_type), intent(in) :: points
     type(patches_type), intent(out) :: patches
-    integer, allocatable :: owner(:), item(:)
-    integer :: c, a, n
 
-    allocate (owner(size(mesh%cell_nodes)), item(size(mesh%cell_nodes)))
-    n = 0
-    do c = 1, mesh%cell_count
-      do a = 1, corner_count(mesh%cell_kind(c))
-        n = n + 1
-        owner(n) = mesh%cell_nodes(mesh%cell_first(c) + a - 1)
-        item(n) = c
-      end do
-    end do
-    call sort_rows(mesh%node_count, owner(:n), item(:n), patches%first_cell, patches%cell)
-    call sort_rows(mesh%cell_count, points%cell(:points%count), [(a, a=1, points%count)], patches%first_point, &
-      patches%point)
+    call find_cells_at_corners(mesh, patches%first_cell, patches%cell)
+    call list_by_key(points%cell(:points%count), mesh%cell_count, patches%first_point, patches%point)
   end subroutine make_patches
-
-  !> Compressed rows of items by their owners, in their order.
-  pure subroutine sort_rows(count, owner, item, first, row)
-    !> Number of owners.
-    integer, intent(in) :: count
-    !> (items)
-    integer, intent(in) :: owner(:), item(:)
-    !> Row o is row(first(o):first(o + 1) - 1).
-    integer, allocatable, intent(out) :: first(:), row(:)
-    integer :: k, next(count)
-
-    allocate (first(count + 1), source=0)
-    allocate (row(size(item)))
-    do k = 1, size(owner)
-      first(owner(k) + 1) = first(owner(k) + 1) + 1
-    end do
-    first(1) = 1
-    do k = 1, count
-      first(k + 1) = first(k) + first(k + 1)
-    end do
-    next = first(:count)
-    do k = 1, size(owner)
-      row(next(owner(k))) = item(k)
-      next(owner(k)) = next(owner(k)) + 1
-    end do
-  end subroutine sort_rows
 
   !> Fit the fields of a material.
   pure subroutine fit_smooth_stress(mesh, coordinates, patches, points, material, degree, smooth)

@@ -26,6 +26,7 @@ module qsmpm_surface_seeding
   use qsmpm_plane_clip, only: planes_of_cell, planes_of_box, clip_facet, most_corners
   use qsmpm_polyhedron, only: polyhedron_type, facets_over, facet_normal
   use qsmpm_simplex_rule, only: simplex_degree
+  use qsmpm_polygon, only: turn
   implicit none
   private
 
@@ -40,16 +41,14 @@ module qsmpm_surface_seeding
   !> so that both cells hold it, and all but the last digits of single precision.
   real(wp), parameter, public :: exactly_on = 1.0e-10_wp, nearly_on = 1.0e-6_wp
 
-  !> Facets apart from a cell by more than this share of its size do not touch it.
+  !> What is apart from a cell by more than this share of its size does not touch it.
   real(wp), parameter :: touching = 0.01_wp
 
 contains
 
   !> Surface points on mesh faces that bound the occupied cells.
-  subroutine seed_faces(mesh, axisymmetric, occupied, faces, surface, list)
+  subroutine seed_faces(mesh, occupied, faces, surface, list)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
     !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)
     !> Cell and local face, (2,n); inner faces may appear from both sides.
@@ -70,7 +69,7 @@ contains
       end if
       call face_rule(mesh%cell_kind(faces(1, i)), faces(2, i), face_degree, places, weights)
       do k = 1, size(weights)
-        vector = area_at(mesh, axisymmetric, faces(1, i), faces(2, i), places(:, k))
+        vector = area_at(mesh, faces(1, i), faces(2, i), places(:, k))
         if (.not. norm2(vector) > 0.0_wp) cycle
         call add_seed(list, faces(1, i), surface, places(:, k), weights(k)*norm2(vector), &
           weights(k)*vector)
@@ -79,10 +78,8 @@ contains
   end subroutine seed_faces
 
   !> Outward area vector per reference area of a face at a place.
-  pure function area_at(mesh, axisymmetric, cell, face, local) result(vector)
+  pure function area_at(mesh, cell, face, local) result(vector)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
     !> Number of the cell and of its face.
     integer, intent(in) :: cell, face
     !> Local coordinates (dimension).
@@ -95,17 +92,15 @@ contains
     n = mesh%cell_first(cell + 1) - first
     corner(:, :n) = mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1))
     call face_area_vector(mesh%cell_kind(cell), face, local, corner(:, :n), vector)
-    if (.not. axisymmetric) return
+    if (.not. mesh%axisymmetric) return
     call shape_functions(mesh%cell_kind(cell), local, functions(:n))
     vector = vector*dot_product(functions(:n), corner(1, :n))
   end function area_at
 
   !> Surface points on a straight segment through the occupied cells of a plane mesh; outward is the
   !> right-hand side of the segment.
-  pure subroutine seed_segment(mesh, axisymmetric, occupied, follow, segment, degree, surface, list, cells)
+  pure subroutine seed_segment(mesh, occupied, follow, segment, degree, surface, list, cells)
     type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
     !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)
     !> The segment bounds a body: parts in cells without material belong to a neighbour.
@@ -119,9 +114,13 @@ contains
     type(seed_list_type), intent(inout) :: list
     !> Cells that may hold parts of it, in rising order; all when absent.
     integer, intent(in), optional :: cells(:)
-    real(wp) :: piece(2), box(2, 2)
-    integer :: c, k, owner, count
+    real(wp), allocatable :: places(:), weights(:)
+    real(wp) :: piece(2), box(2, 2), low(2), high(2), slack, along(2), x(2), local(2), weight
+    integer :: c, i, k, owner, count
+    logical :: ok
 
+    call line_gauss(degree/2 + 1, places, weights)
+    along = segment(3:4) - segment(1:2)
     box(:, 1) = min(segment(:2), segment(3:))
     box(:, 2) = max(segment(:2), segment(3:))
     count = mesh%cell_count
@@ -129,26 +128,27 @@ contains
     do k = 1, count
       c = k
       if (present(cells)) c = cells(k)
-      if (is_far(corners_of(mesh, c), box)) cycle
+      associate (corners => corners_of(mesh, c))
+        low = minval(corners, dim=2)
+        high = maxval(corners, dim=2)
+      end associate
+      slack = touching*maxval(high - low)
+      if (any(low - slack > box(:, 2)) .or. any(high + slack < box(:, 1))) cycle
       call piece_in_cell(mesh, occupied, follow, c, segment, piece, owner)
       list%searched = c
-      if (owner > 0) call seed_piece(mesh, axisymmetric, owner, segment, piece, degree, surface, list)
+      if (owner == 0) cycle
+      do i = 1, size(places)
+        x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*places(i))*along
+        call inverse_map(mesh, owner, x, local, ok)
+        if (.not. ok) cycle
+        ! On the axis of symmetry there is no area.
+        if (mesh%axisymmetric .and. x(1) <= exactly_on*norm2(along)) cycle
+        weight = 0.5_wp*weights(i)*(piece(2) - piece(1))
+        if (mesh%axisymmetric) weight = weight*x(1)
+        call add_seed(list, owner, surface, local, weight*norm2(along), weight*[along(2), -along(1)])
+      end do
     end do
   end subroutine seed_segment
-
-  !> True when a cell is apart from a box by more than what counts as touching.
-  pure logical function is_far(corners, box)
-    !> Corners of the cell (dimension, n).
-    real(wp), intent(in) :: corners(:, :)
-    !> Lower and upper corner (dimension, 2).
-    real(wp), intent(in) :: box(:, :)
-    real(wp) :: low(size(box, 1)), high(size(box, 1)), slack
-
-    low = minval(corners, dim=2)
-    high = maxval(corners, dim=2)
-    slack = 0.01_wp*maxval(high - low)
-    is_far = any(low - slack > box(:, 2)) .or. any(high + slack < box(:, 1))
-  end function is_far
 
   !> Part of a segment, as parameters from 0 to 1, in a convex plane cell, and the cell that owns it.
   pure subroutine piece_in_cell(mesh, occupied, follow, cell, segment, piece, owner)
@@ -198,54 +198,12 @@ contains
     !> Above 0 when the segment runs in the direction of the side.
     real(wp), intent(out) :: facing
 
-    from = cross(b - a, segment(1:2) - a)/dot_product(b - a, b - a)
-    to = cross(b - a, segment(3:4) - a)/dot_product(b - a, b - a)
+    from = turn(b - a, segment(1:2) - a)/dot_product(b - a, b - a)
+    to = turn(b - a, segment(3:4) - a)/dot_product(b - a, b - a)
     if (abs(from) <= exactly_on) from = 0.0_wp
     if (abs(to) <= exactly_on) to = 0.0_wp
     facing = dot_product(b - a, segment(3:4) - segment(1:2))
   end subroutine sides_of
-
-  !> Gauss points on a part of a segment; none on the axis of symmetry, where they have no area.
-  pure subroutine seed_piece(mesh, axisymmetric, cell, segment, piece, degree, surface, list)
-    type(mesh_type), intent(in) :: mesh
-    !> Areas per radian.
-    logical, intent(in) :: axisymmetric
-    !> Cell that owns the part.
-    integer, intent(in) :: cell
-    !> x1, y1, x2, y2.
-    real(wp), intent(in) :: segment(4)
-    !> Start and end of the part, from 0 to 1.
-    real(wp), intent(in) :: piece(2)
-    !> Degree of the rule.
-    integer, intent(in) :: degree
-    !> Number of the surface.
-    integer, intent(in) :: surface
-    type(seed_list_type), intent(inout) :: list
-    real(wp), allocatable :: places(:), weights(:)
-    real(wp) :: along(2), x(2), local(2), weight
-    logical :: ok
-    integer :: k
-
-    call line_gauss(degree/2 + 1, places, weights)
-    along = segment(3:4) - segment(1:2)
-    do k = 1, size(places)
-      x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*places(k))*along
-      call inverse_map(mesh, cell, x, local, ok)
-      if (.not. ok) cycle
-      if (axisymmetric .and. x(1) <= exactly_on*norm2(along)) cycle
-      weight = 0.5_wp*weights(k)*(piece(2) - piece(1))
-      if (axisymmetric) weight = weight*x(1)
-      call add_seed(list, cell, surface, local, weight*norm2(along), weight*[along(2), -along(1)])
-    end do
-  end subroutine seed_piece
-
-  !> Third component of the cross product of plane vectors.
-  pure real(wp) function cross(a, b) result(product)
-    !> Vectors (2).
-    real(wp), intent(in) :: a(2), b(2)
-
-    product = a(1)*b(2) - a(2)*b(1)
-  end function cross
 
   !> Cell that gets a piece found in a cell; 0 when none does or another one finds it too.
   pure integer function owner_of_piece(mesh, occupied, follow, cell, middle, facing, &
@@ -372,8 +330,9 @@ contains
     type(seed_list_type), intent(inout) :: list
     real(wp), dimension(3, face_count(mesh%cell_kind(cell)) + 6) :: origins, normals
     real(wp), dimension(face_count(mesh%cell_kind(cell))) :: sizes, facing, deviation
-    real(wp) :: polygon(3, most_corners), normal(3), snap(size(sizes) + 6)
-    integer :: f, n, owner
+    real(wp) :: polygon(3, most_corners), normal(3), snap(size(sizes) + 6), corners(3, 3), local(3), area, share
+    integer :: f, i, k, n, owner
+    logical :: ok
 
     call planes_of_cell(corners_of(mesh, cell), origins, normals, sizes)
     snap(:size(sizes)) = exactly_on*sizes
@@ -386,54 +345,21 @@ contains
     normal = normal/norm2(normal)
     do f = 1, size(sizes)
       facing(f) = dot_product(normal, normals(:, f))
-      deviation(f) = farthest(polygon(:, :n), origins(:, f), normals(:, f))/sizes(f)
+      deviation(f) = maxval([(abs(dot_product(normals(:, f), polygon(:, i) - origins(:, f))), i=1, n)])/sizes(f)
       if (deviation(f) <= exactly_on) deviation(f) = 0.0_wp
     end do
     owner = owner_of_piece(mesh, occupied, .true., cell, sum(polygon(:, :n), dim=2)/n, facing, deviation)
-    if (owner > 0) call seed_polygon(mesh, owner, polygon(:, :n), normal, places, weights, surface, list)
-  end subroutine seed_facet
-
-  !> Greatest distance of places from a plane.
-  pure real(wp) function farthest(places, origin, normal) result(distance)
-    !> (3,n)
-    real(wp), intent(in) :: places(:, :)
-    !> Point of the plane and unit normal (3).
-    real(wp), intent(in) :: origin(3), normal(3)
-    integer :: i
-
-    distance = 0.0_wp
-    do i = 1, size(places, 2)
-      distance = max(distance, abs(dot_product(normal, places(:, i) - origin)))
-    end do
-  end function farthest
-
-  !> Surface points on a convex plane polygon.
-  pure subroutine seed_polygon(mesh, cell, polygon, normal, places, weights, surface, list)
-    type(mesh_type), intent(in) :: mesh
-    !> Cell that owns them.
-    integer, intent(in) :: cell
-    !> Corners (3,n).
-    real(wp), intent(in) :: polygon(:, :)
-    !> Outward unit normal (3).
-    real(wp), intent(in) :: normal(3)
-    !> Rule on the unit triangle (2,m), (m).
-    real(wp), intent(in) :: places(:, :), weights(:)
-    !> Number of the surface.
-    integer, intent(in) :: surface
-    type(seed_list_type), intent(inout) :: list
-    real(wp) :: x(3, 3), local(3), area, share
-    integer :: i, k
-    logical :: ok
-
-    do i = 2, size(polygon, 2) - 1
-      x = reshape([polygon(:, 1), polygon(:, i), polygon(:, i + 1)], [3, 3])
-      area = 0.5_wp*dot_product(normal, facet_normal(x))
+    if (owner == 0) return
+    do i = 2, n - 1
+      corners = polygon(:, [1, i, i + 1])
+      area = 0.5_wp*dot_product(normal, facet_normal(corners))
       if (.not. area > 0.0_wp) cycle
       do k = 1, size(weights)
-        call inverse_map(mesh, cell, x(:, 1) + matmul(x(:, 2:) - spread(x(:, 1), 2, 2), places(:, k)), local, ok)
+        call inverse_map(mesh, owner, corners(:, 1) + matmul(corners(:, 2:) - spread(corners(:, 1), 2, 2), &
+          places(:, k)), local, ok)
         share = 2.0_wp*weights(k)*area
-        if (ok) call add_seed(list, cell, surface, local, share, share*normal)
+        if (ok) call add_seed(list, owner, surface, local, share, share*normal)
       end do
     end do
-  end subroutine seed_polygon
+  end subroutine seed_facet
 end module qsmpm_surface_seeding

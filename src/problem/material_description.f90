@@ -9,9 +9,9 @@ module qsmpm_material_description
   use qsmpm_named, only: named_type
   use qsmpm_law_parameters, only: law_parameters_type, law_description_type
   use qsmpm_permeability_law, only: permeability_law_type
-  use qsmpm_softening_parameters, only: softening_parameters_type
+  use qsmpm_material_parameters, only: softening_parameters_type
   use qsmpm_source_line, only: source_line_type
-  use qsmpm_strength_constants, only: strength_constant_type
+  use qsmpm_strength_factor, only: strength_constant_type
   use qsmpm_strength_profile, only: strength_profile_type
   use qsmpm_undrained_parameters, only: undrained_type, undrained_ratio
   use qsmpm_user_material, only: user_material_type
@@ -68,7 +68,7 @@ module qsmpm_material_description
     !> Pore water that cannot leave.
     type(undrained_type) :: undrained
     type(source_line_type) :: undrained_where
-    !> A law of qsmpm_standard_laws, instead of elasticity and strength.
+    !> A law of qsmpm_law_factory, instead of elasticity and strength.
     class(law_parameters_type), allocatable :: soil_law
     !> One of cure_*, and its factor; negative asks for the default of the mesh.
     integer :: locking_treatment = locking_auto

@@ -13,7 +13,7 @@ module qsmpm_scene
   use qsmpm_prismatic, only: require_prismatic, make_plane, require_column, make_column
   use qsmpm_revolved, only: revolved_solid_type, require_revolved, make_revolved
   use qsmpm_mirror, only: require_mirror, reason_against_mirror, make_half
-  use qsmpm_softening_parameters, only: regularise_none
+  use qsmpm_material_parameters, only: regularise_none
   implicit none
   private
 

@@ -14,9 +14,8 @@ module qsmpm_lowered_laws
   use qsmpm_material_law, only: make_material_law
   use qsmpm_model, only: model_type
   use qsmpm_safety_bracket, only: largest_factor
-  use qsmpm_strength_constants, only: lower_constants
-  use qsmpm_strength_factor, only: strength_factor_type, lower_strength, lower_tension, flow_material, &
-    operator(==)
+  use qsmpm_strength_factor, only: strength_factor_type, lower_strength, lower_tension, flow_material, operator(==), &
+    lower_constants
   implicit none
   private
 

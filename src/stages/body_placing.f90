@@ -25,7 +25,7 @@ module qsmpm_body_placing
   use qsmpm_element, only: corner_count, face_corners, face_count, linear_kind, local_nodes, node_count, &
     shape_functions, shape_gradients
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_measure, only: interpolate
+  use qsmpm_mesh_measure, only: interpolate, place_in_cell
   use qsmpm_moving_rows, only: least_jacobian
   use qsmpm_tensor, only: cofactor, determinant
   implicit none
@@ -96,7 +96,7 @@ contains
     associate (tracers => model%state%tracers, number => body_number(model%analysis, name))
       do i = 1, tracers%count
         if (model%tracer_body(i) /= number) cycle
-        tracers%position(:, i) = place_in_cell(model, tracers, i)
+        tracers%position(:, i) = place_in_cell(model%mesh, tracers%cell(i), tracers%local(:, i))
         tracers%initial_position(:, i) = tracers%position(:, i)
       end do
     end associate
@@ -432,7 +432,7 @@ contains
       ratio = determinant(behind)/determinant(before)
       body%volume(p) = ratio*body%volume(p)
       body%weight(p) = ratio*body%weight(p)
-      body%position(:, p) = place_in_cell(model, body, p)
+      body%position(:, p) = place_in_cell(model%mesh, body%cell(p), body%local(:, p))
     end do
     do p = 1, surface%count
       call maps_at(model, surface, p, before, behind)
@@ -443,22 +443,9 @@ contains
       area = matmul(cofactor(behind), matmul(transpose(before), area))/determinant(before)
       surface%area_vector(:, p) = area(:model%mesh%dimension)
       if (old > 0.0_wp) surface%area(p) = surface%area(p)*norm2(area)/old
-      surface%position(:, p) = place_in_cell(model, surface, p)
+      surface%position(:, p) = place_in_cell(model%mesh, surface%cell(p), surface%local(:, p))
     end do
   end subroutine put_in_cells
-
-  !> Place of something at its local coordinates.
-  function place_in_cell(model, carried, p) result(place)
-    type(model_type), intent(in) :: model
-    class(carried_type), intent(in) :: carried
-    integer, intent(in) :: p
-    real(wp) :: place(model%mesh%dimension), shape(node_count(model%mesh%cell_kind(carried%cell(p))))
-
-    associate (mesh => model%mesh, c => carried%cell(p))
-      call shape_functions(mesh%cell_kind(c), carried%local(:, p), shape)
-      place = interpolate(mesh, c, shape, mesh%coordinates)
-    end associate
-  end function place_in_cell
 
   !> Derivatives of the place by the local coordinates in the cell of something, as drawn and as it is; across the plane
   !> 1, or the radius.

@@ -18,7 +18,6 @@ module qsmpm_body_stages
   use qsmpm_mesh_description, only: select_outline
   use qsmpm_method_description, only: basis_fem
   use qsmpm_body_placing, only: place_body, move_their_nodes
-  use qsmpm_carried_basis, only: nearest_point
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_inactive_points, only: allocate_inactive
   use qsmpm_law, only: law_type
@@ -27,7 +26,7 @@ module qsmpm_body_stages
   use qsmpm_model_surfaces, only: choose_carrying_points
   use qsmpm_point_selection, only: select_points, append_points, move_points
   use qsmpm_own_part, only: is_divided
-  use qsmpm_points, only: points_type, surface_points_type, place_of, allocate_carried
+  use qsmpm_points, only: points_type, surface_points_type, place_of, allocate_carried, nearest_point
   use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_own_marks, only: nearest_numbers, place_of_number

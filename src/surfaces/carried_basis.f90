@@ -8,12 +8,12 @@ module qsmpm_carried_basis
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_space, only: space_type, shape_values_type, functions_at
-  use qsmpm_points, only: carried_type, points_type
+  use qsmpm_points, only: carried_type, points_type, nearest_point
   use qsmpm_point_location, only: activation_type
   implicit none
   private
 
-  public :: basis_at, nearest_point
+  public :: basis_at
 
 contains
 
@@ -41,22 +41,4 @@ contains
     end if
     call functions_at(space, mesh, cell, local, place)
   end subroutine basis_at
-
-  !> Material point nearest to a place; the first of equally near ones.
-  pure integer function nearest_point(points, x) result(nearest)
-    type(points_type), intent(in) :: points
-    !> Place (dimension).
-    real(wp), intent(in) :: x(:)
-    real(wp) :: distance, least
-    integer :: p
-
-    nearest = 1
-    least = huge(least)
-    do p = 1, points%count
-      distance = sum((points%position(:, p) - x)**2)
-      if (distance >= least) cycle
-      least = distance
-      nearest = p
-    end do
-  end function nearest_point
 end module qsmpm_carried_basis

@@ -2,7 +2,6 @@
 module qsmpm_model_surfaces
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_analysis, only: axisymmetric
   use qsmpm_load_description, only: support_normal
   use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_mesh, select_outline
   use qsmpm_method_description, only: grid_degree
@@ -111,40 +110,33 @@ contains
     logical, intent(in) :: occupied(:)
     type(seed_list_type), intent(inout) :: list
     integer, allocatable :: faces(:, :)
-    logical :: revolved
-    integer :: k
+    real(wp) :: left_out
+    integer :: b, k
 
-    revolved = model%analysis%model == axisymmetric
     select case (surface%selection)
     case (select_box)
       call faces_in_box(model%mesh, surface%box, faces)
-      call seed_faces(model%mesh, revolved, occupied, faces, number, list)
-      call report_cut_faces(model, surface, cuts_faces(model%mesh, surface%box, occupied))
+      call seed_faces(model%mesh, occupied, faces, number, list)
+      if (cuts_faces(model%mesh, surface%box, occupied)) model%notes = model%notes//"warning: surface '"// &
+        surface%name//"': its box ends within faces of the mesh, which it leaves out; TYPE=SEGMENT and "// &
+        'TYPE=OUTLINE take parts of faces'//new_line('a')
     case (select_segment)
       do k = 1, size(surface%segments, 2)
-        call seed_segment(model%mesh, revolved, occupied, .false., surface%segments(:, k), surface_degree(model), &
+        call seed_segment(model%mesh, occupied, .false., surface%segments(:, k), surface_degree(model), &
           number, list)
       end do
     case (select_outline)
-      call outline_points(model, table, surface, number, list)
+      b = place_named(model%analysis%bodies, surface%body)
+      call seed_outline(model%mesh, table%points(:, b) > 0, model%shapes(b), outline_box(model, surface), &
+        set_tolerance(model%mesh), surface_degree(model), number, list, left_out)
+      if (left_out > 0.0_wp) model%notes = model%notes//"warning: surface '"//surface%name// &
+        "': slivers of neighbouring faces in its box, "//rounded_text(left_out)//' in all, are left out'//new_line('a')
     case (select_mesh)
       associate (set => place_named(model%mesh%face_sets, surface%name))
-        if (set > 0) call seed_faces(model%mesh, revolved, occupied, model%mesh%face_sets(set)%faces, number, list)
+        if (set > 0) call seed_faces(model%mesh, occupied, model%mesh%face_sets(set)%faces, number, list)
       end associate
     end select
   end subroutine seed_surface
-
-  !> Note that a box ends within faces: it takes whole faces only, and its load is smaller than it looks.
-  subroutine report_cut_faces(model, surface, cut)
-    type(model_type), intent(inout) :: model
-    type(surface_type), intent(in) :: surface
-    !> Whether the box cuts faces.
-    logical, intent(in) :: cut
-
-    if (.not. cut) return
-    model%notes = model%notes//"warning: surface '"//surface%name//"': its box ends within faces of the mesh, "// &
-      'which it leaves out; TYPE=SEGMENT and TYPE=OUTLINE take parts of faces'//new_line('a')
-  end subroutine report_cut_faces
 
   !> A surface that slides on its plane must be plane.
   subroutine check_planes(model, diagnostics)
@@ -158,7 +150,7 @@ contains
           if (support%kind /= support_normal) cycle
           do s = 1, size(model%analysis%surfaces)
             if (model%analysis%surfaces(s)%name /= support%surface) cycle
-            first = first_point(points%surface, s)
+            first = findloc(points%surface, s, dim=1)
             if (any(points%surface == s .and. norm2(points%normal - spread(points%normal(:, first), 2, &
               points%count), dim=1) > plane_tolerance)) call add_diagnostic(diagnostics, support%where, '*SUPPORT', &
               "surface '"//support%surface//"' is not plane; only TYPE=ALL can hold it")
@@ -168,43 +160,12 @@ contains
     end do
   end subroutine check_planes
 
-  !> First point of a surface.
-  pure integer function first_point(surface, s)
-    !> Surface of each point, and the one looked for, which has points.
-    integer, intent(in) :: surface(:), s
-
-    first_point = findloc(surface, s, dim=1)
-  end function first_point
-
   !> Degree of the functions along a line or plane through a cell: elements have at most 4.
   pure integer function surface_degree(model) result(degree)
     type(model_type), intent(in) :: model
 
     degree = max(4, model%mesh%dimension*grid_degree(model%analysis%method%basis))
   end function surface_degree
-
-  !> Surface points on the bounds of a body; the deck has checked that it exists.
-  subroutine outline_points(model, table, surface, number, list)
-    type(model_type), intent(inout) :: model
-    type(seed_table_type), intent(in) :: table
-    !> The surface and its number.
-    type(surface_type), intent(in) :: surface
-    integer, intent(in) :: number
-    type(seed_list_type), intent(inout) :: list
-    real(wp) :: left_out
-    logical :: occupied(model%mesh%cell_count)
-    integer :: b
-
-    do b = 1, size(model%analysis%bodies)
-      if (model%analysis%bodies(b)%name /= surface%body) cycle
-      occupied = table%points(:, b) > 0
-      call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, &
-        model%shapes(b), outline_box(model, surface), set_tolerance(model%mesh), surface_degree(model), number, list, &
-        left_out)
-      if (left_out > 0.0_wp) model%notes = model%notes//"warning: surface '"//surface%name// &
-        "': slivers of neighbouring faces in its box, "//rounded_text(left_out)//' in all, are left out'//new_line('a')
-    end do
-  end subroutine outline_points
 
   !> Corners of the box that bounds a surface on an outline (3,2), wider than drawn; of one without the mesh and more.
   pure function outline_box(model, surface) result(box)

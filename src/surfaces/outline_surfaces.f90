@@ -5,7 +5,6 @@ module qsmpm_outline_surfaces
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: has_stages
   use qsmpm_agreement, only: any_of
-  use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_quadrature, only: body_quadrature_type
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_carried_outline, only: carried_outline_type, shape_of_outline
@@ -186,7 +185,7 @@ contains
       associate (a => vertices(:, outline%corner(1, parts(i))), b => vertices(:, outline%corner(2, parts(i))))
         near = pack([(c, c=1, size(occupied))], boxes(1, :) <= max(a(1), b(1)) .and. boxes(2, :) <= max(a(2), b(2)) &
           .and. boxes(3, :) >= min(a(1), b(1)) .and. boxes(4, :) >= min(a(2), b(2)))
-        call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, .true., [a, b], &
+        call seed_segment(model%mesh, occupied, .true., [a, b], &
           surface_degree(model), i, list, near)
       end associate
     end do

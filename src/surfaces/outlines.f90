@@ -73,7 +73,7 @@ contains
 
     allocate (model%outlines(0))
     if (model%analysis%method%basis == basis_fem) return
-    call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
+    call cell_volumes(model%mesh, volumes)
     do b = 1, size(model%shapes)
       carried = any(table%volume(:, b) > cut*volumes .and. table%volume(:, b) < (1.0_wp - cut)*volumes)
       if (.not. carried .and. model%mesh%dimension == 2 .and. any(element_order(model%mesh%cell_kind) > 1)) &
@@ -337,10 +337,10 @@ contains
           + outline%count), shape)
         before = list%count
         if (model%mesh%dimension == 2) then
-          call seed_outline_cells(model%mesh, model%analysis%model == axisymmetric, shape%outline, outline%body, &
+          call seed_outline_cells(model%mesh, shape%outline, outline%body, &
             grid_degree(model%analysis%method%basis), list)
         else
-          call seed_body(model%mesh, .false., shape, outline%body, &
+          call seed_body(model%mesh, shape, outline%body, &
             model%analysis%bodies(outline%body)%points_per_element, places_for(model), &
             grid_degree(model%analysis%method%basis), list, error)
         end if

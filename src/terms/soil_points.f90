@@ -9,7 +9,6 @@
 module qsmpm_soil_points
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
-  use qsmpm_analysis, only: axisymmetric
   use qsmpm_background_in_use, only: pressures_last
   use qsmpm_method_description, only: basis_fem, integrate_cells
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
@@ -145,7 +144,7 @@ contains
     if (allocated(self%integration)) deallocate (self%integration)
     if (.not. self%updates_points) then
       allocate (self%integration)
-      call integrate_in_cells(model%mesh, model%space, model%analysis%model == axisymmetric, configuration%activation, &
+      call integrate_in_cells(model%mesh, model%space, configuration%activation, &
         model%state%points, model%laws, configuration%domains, self%integration, self%inaccurate_points, &
         configuration%bodies, model%part%cells)
     end if

@@ -1,7 +1,7 @@
 !> Solids of triangles that several suites use.
 module solid_samples
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_prism_facets, only: prism_caps, prism_walls
+  use qsmpm_polyhedron, only: prism_caps, prism_walls
   use qsmpm_polygon, only: polygon_centroid
   implicit none
   private

@@ -7,7 +7,7 @@ module test_body_pieces
   use qsmpm_element, only: shape_functions
   use qsmpm_polygon, only: polygon_area, polygon_centroid
   use qsmpm_polygon_pieces, only: polygon_list_type, begin_list, pieces_in_convex
-  use qsmpm_piece_list, only: piece_list_type, add_piece, merge_small_pieces
+  use qsmpm_piece_list, only: piece_list_type, add_piece, merge_small_pieces, piece_type
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
   use sample_models, only: sample_grid
   use testing, only: tests_type
@@ -106,13 +106,12 @@ contains
     allocate (shape%outline, source=outline)
     shape%high = 0.83_wp
     do n = 5, 7, 2
-      list%count = 0
+      list = seed_list_type()
       call sample_grid(element, n, perturbation, mesh)
       height = merge(0.83_wp, 1.0_wp, mesh%dimension == 3)
       if (allocated(moment)) deallocate (moment)
       allocate (moment(mesh%dimension))
-      if (allocated(list%local)) deallocate (list%cell, list%body, list%local, list%volume, list%vector)
-      call seed_body(mesh, .false., shape, 1, count, seed_even, 0, list, error)
+      call seed_body(mesh, shape, 1, count, seed_even, 0, list, error)
       call tests%check(name//element//' is seeded', .not. allocated(error) .and. list%count > 0)
       call first_moment(mesh, list, volume, moment)
       call tests%close(name//element//' keeps its volume', volume, height*polygon_area(outline), rounding)
@@ -213,7 +212,7 @@ contains
 
     write (name, '(a, i0, a)') element//' with ', k**dimension, ' points:'
     call sample_grid(element, 1, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, k**dimension, seed_even, 0, list, error)
+    call seed_body(mesh, shape, 1, k**dimension, seed_even, 0, list, error)
     call tests%check(trim(name)//' as many as asked', list%count == k**dimension)
     report_error = 0.0_wp
     do i = 1, list%count
@@ -251,19 +250,19 @@ contains
     type(piece_list_type) :: pieces
     real(wp), parameter :: none(3) = 0.0_wp, flat(3, 3) = 0.0_wp
 
-    call add_piece(pieces, 1.0_wp, [1.0_wp, 0.0_wp, 0.0_wp], none, flat, [1, 1, 1])
-    call add_piece(pieces, 2.0_wp, [2.0_wp, 0.0_wp, 0.0_wp], none, flat, [2, 1, 1])
-    call add_piece(pieces, 9.0_wp, [9.0_wp, 0.0_wp, 0.0_wp], none, flat, [4, 1, 1])
-    call add_piece(pieces, 0.5_wp, [-3.0_wp, 0.0_wp, 0.0_wp], none, flat, [1, 2, 1])
+    call add_piece(pieces, piece_type(1.0_wp, [1.0_wp, 0.0_wp, 0.0_wp], none, flat, [1, 1, 1]))
+    call add_piece(pieces, piece_type(2.0_wp, [2.0_wp, 0.0_wp, 0.0_wp], none, flat, [2, 1, 1]))
+    call add_piece(pieces, piece_type(9.0_wp, [9.0_wp, 0.0_wp, 0.0_wp], none, flat, [4, 1, 1]))
+    call add_piece(pieces, piece_type(0.5_wp, [-3.0_wp, 0.0_wp, 0.0_wp], none, flat, [1, 2, 1]))
     call merge_small_pieces(pieces, 0.6_wp)
     call tests%check('one piece of four was too small', pieces%count == 3)
-    call tests%close('the largest piece around it gained its volume', pieces%measure(2), 2.5_wp, 1.0e-15_wp)
-    call tests%close('and its moment', pieces%centroid(1, 2), 1.0_wp, 1.0e-15_wp)
-    call tests%close('and its second moment: a share of 0.2, 5 apart', pieces%second(1, 1, 2), 4.0_wp, 1.0e-14_wp)
+    call tests%close('the largest piece around it gained its volume', pieces%items(2)%measure, 2.5_wp, 1.0e-15_wp)
+    call tests%close('and its moment', pieces%items(2)%centroid(1), 1.0_wp, 1.0e-15_wp)
+    call tests%close('and its second moment: a share of 0.2, 5 apart', pieces%items(2)%second(1, 1), 4.0_wp, 1.0e-14_wp)
     call merge_small_pieces(pieces, 100.0_wp)
     call tests%check('the last piece stays', pieces%count == 1)
-    call tests%close('with all of the volume', pieces%measure(1), 12.5_wp, 1.0e-14_wp)
-    call tests%close('and all of the second moment', pieces%second(1, 1, 1), 59.4_wp - 6.76_wp**2, 1.0e-13_wp)
+    call tests%close('with all of the volume', pieces%items(1)%measure, 12.5_wp, 1.0e-14_wp)
+    call tests%close('and all of the second moment', pieces%items(1)%second(1, 1), 59.4_wp - 6.76_wp**2, 1.0e-13_wp)
   end subroutine check_merging
 
   !> Axisymmetry: a cone of radius 0.9 and height 0.7 holds r^2 h/6 per radian.
@@ -278,7 +277,8 @@ contains
 
     allocate (shape%outline, source=reshape([0.0_wp, 0.1_wp, 0.9_wp, 0.1_wp, 0.0_wp, 0.8_wp], [2, 3]))
     call sample_grid('QUAD4', 6, 0.15_wp, mesh)
-    call seed_body(mesh, .true., shape, 1, 4, seed_even, 0, list, error)
+    mesh%axisymmetric = .true.
+    call seed_body(mesh, shape, 1, 4, seed_even, 0, list, error)
     call first_moment(mesh, list, volume, moment)
     call tests%close('a cone holds a third of its cylinder per radian', volume, 0.9_wp**2*0.7_wp/6.0_wp, &
       rounding)
@@ -300,7 +300,7 @@ contains
     allocate (shape%outline, source=reshape([0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, 0.25_wp, 0.0_wp, &
       0.25_wp], [2, 4]))
     call sample_grid('QUAD4', 1, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, 4, seed_even, 0, list, error)
+    call seed_body(mesh, shape, 1, 4, seed_even, 0, list, error)
     call tests%check('a strip of a cell has two of four points', list%count == 2)
     call tests%close('their boxes are half a cell long', maxval(abs(list%vector(1, :2) - 0.25_wp)), 0.0_wp, &
       1.0e-15_wp)

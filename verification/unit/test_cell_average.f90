@@ -61,14 +61,15 @@ contains
     integer :: inaccurate
 
     call sample_grid(name, 2, 0.1_wp, mesh)
+    mesh%axisymmetric = axisymmetric
     call make_laws(mesh%dimension, kinematics, laws)
-    call stressed_points(mesh, axisymmetric, laws, points)
+    call stressed_points(mesh, laws, points)
     allocate (volumes(mesh%cell_count))
-    call cell_volumes(mesh, axisymmetric, volumes)
+    call cell_volumes(mesh, volumes)
     call activate(mesh, volumes, points, activation)
     call element_space(mesh, space)
-    call integrate_at_points(mesh, space, axisymmetric, activation, points, domains, at_points)
-    call integrate_in_cells(mesh, space, axisymmetric, activation, points, laws, domains, in_cells, inaccurate)
+    call integrate_at_points(mesh, space, activation, points, domains, at_points)
+    call integrate_in_cells(mesh, space, activation, points, laws, domains, in_cells, inaccurate)
     call tests%check('full cells of '//name//' go to their Gauss points', all(in_cells%source < 0))
     call tests%close('cells of '//name//' keep the volume', sum(in_cells%weight), sum(volumes), 1.0e-13_wp)
     call check_fit(tests, mesh, name, points, in_cells)
@@ -121,9 +122,8 @@ contains
   end subroutine make_laws
 
   !> The default points, under the same small stress everywhere.
-  subroutine stressed_points(mesh, axisymmetric, laws, points)
+  subroutine stressed_points(mesh, laws, points)
     type(mesh_type), intent(in) :: mesh
-    logical, intent(in) :: axisymmetric
     type(law_slot_type), intent(in) :: laws(:)
     type(points_type), intent(out) :: points
     type(body_shape_type) :: shape
@@ -132,7 +132,7 @@ contains
     real(wp) :: functions(20)
     integer :: p, n
 
-    call seed_body(mesh, axisymmetric, shape, 1, 0, seed_even, 0, list, error)
+    call seed_body(mesh, shape, 1, 0, seed_even, 0, list, error)
     call allocate_points(points, mesh%dimension, list%count, merge(4, 6, mesh%dimension == 2), &
       laws(1)%law%state_count)
     points%cell = list%cell(:list%count)

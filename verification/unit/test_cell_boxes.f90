@@ -91,6 +91,7 @@ contains
     at = reshape([(i + 2, 7, 1, i=1, 10)], [3, 10])
     weight = [(i, i=1, 10)]
     repeated = reshape([((at(:, i), k=1, weight(i)), i=1, 10)], [3, 55])
+    short = .false.
     call share_jointly(alone, at, weight, whole, boxes, short)
     call share_cells(repeated, whole, again, short)
     call tests%check('a cell counts by what it holds', .not. short .and. all([(all(boxes(k)%first == again(k)%first) &
@@ -110,6 +111,7 @@ contains
     integer :: weight(size(at, 2))
 
     weight = 1
+    short = .false.
     call share_jointly(alone, at, weight, whole, boxes, short)
   end subroutine share_cells
 end module test_cell_boxes

@@ -16,7 +16,6 @@ module test_contacts
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
-  use qsmpm_interface_strength, only: interface_strength, check_interfaces
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis, evaluate_step
   use qsmpm_kept_arrays, only: keep_values
   use qsmpm_kinds, only: wp
@@ -27,12 +26,13 @@ module test_contacts
   use qsmpm_model_builder, only: build_model
   use qsmpm_penetration, only: penetration_check_type, refuse_penetration, warn_of_penetration
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_rigid_bodies, only: make_shape, force_on_body, keep_rigid_body, pose_of, placed_bodies
+  use qsmpm_rigid_bodies, only: make_shape, force_on_body, keep_rigid_body, pose_of, placed_bodies, &
+    interface_strength, check_interfaces
   use qsmpm_rigid_outline, only: outline_corners
-  use qsmpm_rigid_rotation, only: rotation_matrix, followed_by
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
-  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, face_type, ball, half_space, rounded_polygon, box_polygon, &
-    cone_polygon, turned_polygon, rounded_block, kind_turned, completed_by_image, largest_round
+  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, face_type, ball, half_space, rounded_polygon, &
+    box_polygon, cone_polygon, turned_polygon, rounded_block, kind_turned, completed_by_image, largest_round, &
+    rotation_matrix, followed_by
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_strength_profile, only: profile_linear, profile_shansep
   use qsmpm_value_field, only: field_friction, set_samples

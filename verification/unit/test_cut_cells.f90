@@ -73,17 +73,17 @@ contains
     integer :: c, k
 
     call sample_grid(element, 5, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, list, error)
+    call seed_body(mesh, shape, 1, 0, seed_even, 0, list, error)
     call tests%check(name//' is seeded in '//element, .not. allocated(error) .and. list%count > 0)
     allocate (occupied(mesh%cell_count), source=.false.)
     occupied(list%cell(:list%count)) = .true.
     box(:, 1) = -1.0_wp
     box(:, 2) = 2.0_wp
-    call seed_outline(mesh, .false., occupied, shape, box, 0.0_wp, 4, 1, surface, left_out)
+    call seed_outline(mesh, occupied, shape, box, 0.0_wp, 4, 1, surface, left_out)
     allocate (defect(mesh%dimension, mesh%node_count), source=0.0_wp)
     do c = 1, mesh%cell_count
       held = sum(list%volume(:list%count), mask=list%cell(:list%count) == c)
-      if (held < (1.0_wp - 1.0e-9_wp)*volume_of(mesh, .false., c)) cycle
+      if (held < (1.0_wp - 1.0e-9_wp)*volume_of(mesh, c)) cycle
       call full_rule(mesh%cell_kind(c), places, weights)
       do k = 1, size(weights)
         call add(mesh, c, places(:, k), weights(k), .true., defect)
@@ -145,7 +145,7 @@ contains
     integer :: k, a
 
     call sample_grid('QUAD4', 6, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, 9, seed_even, 2, list, error)
+    call seed_body(mesh, shape, 1, 9, seed_even, 2, list, error)
     centroid = polygon_centroid(shape%outline)
     second = 0.0_wp
     do k = 1, list%count

@@ -75,7 +75,7 @@ contains
       call pack_gradient(gradient, packed(:, p))
     end do
     call move_alloc(packed, points%deformation_gradient)
-    call cell_volumes(mesh, .false., volumes)
+    call cell_volumes(mesh, volumes)
     call activate(mesh, volumes, points, activation)
     call place_domains(space, activation, points, domains)
     low = domains%low(:, 1)
@@ -215,7 +215,7 @@ contains
     call uneven_grid(dimension, mesh)
     call sample_space(mesh, 2, .true., space)
     call tiled_box(mesh, low(:dimension), high(:dimension), [7, 5, 4], points, domains)
-    call cut_domains(space, mesh%cell_count, .false., domains, pieces)
+    call cut_domains(space, mesh, domains, pieces)
     allocate (shares(points%count), source=0.0_wp)
     worst = 0.0_wp
     inside = .true.
@@ -266,7 +266,7 @@ contains
     call uneven_grid(2, mesh)
     call tiled_box(mesh, [0.1_wp, 0.2_wp], [2.7_wp, 2.0_wp], [7, 5], points, domains)
     allocate (volumes(mesh%cell_count))
-    call cell_volumes(mesh, .false., volumes)
+    call cell_volumes(mesh, volumes)
     call activate(mesh, volumes, points, activation)
     call whole_points(activation, pieces)
     owned = .true.

@@ -288,7 +288,7 @@ contains
     start = [1.0_wp, 2.0_wp, 5.0_wp]
     allocate (values(3, 1))
     values(:, 1) = start
-    call list%add('vector', values, kind_vector)
+    call list%add('vector', kind_vector, table=values)
     call turn_field(list%fields(1), centre, [angle])
     call tests%close('a vector turns', maxval(abs(values(:, 1) - matmul(turn, start))), 0.0_wp, 10.0_wp*rounding)
     call mirror_field(list%fields(1), 3, 1.0_wp, 1)
@@ -299,7 +299,7 @@ contains
     allocate (values(6, 1))
     tensor = [1.0_wp, 2.0_wp, 5.0_wp, 3.0_wp, 0.0_wp, 0.0_wp]
     values(:, 1) = tensor
-    call list%add('tensor', values, kind_tensor)
+    call list%add('tensor', kind_tensor, table=values)
     call turn_field(list%fields(2), centre, [angle])
     full = matmul(matmul(turn, as_matrix(tensor)), transpose(turn))
     call tests%close('a tensor turns', maxval(abs(as_matrix(values(:, 1)) - full)), 0.0_wp, 10.0_wp*rounding)

@@ -4,7 +4,7 @@
 module test_fitting
   use qsmpm_error, only: error_type
   use qsmpm_fitted_mesh, only: fit_triangles, fitted_mesh_type
-  use qsmpm_grid_random, only: random_after, uniform
+  use qsmpm_grid, only: random_after, uniform
   use qsmpm_kinds, only: wp, long, pi
   use qsmpm_lattice, only: in_circle, orientation
   use qsmpm_outline_graph, only: outline_type

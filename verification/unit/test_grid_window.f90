@@ -5,8 +5,7 @@ module test_grid_window
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_element, only: element_from_name, local_dimension
   use qsmpm_error, only: error_type
-  use qsmpm_grid, only: grid_type, make_grid, whole_window, pieces_of, diagonal_random
-  use qsmpm_grid_random, only: uniform, random_after
+  use qsmpm_grid, only: grid_type, make_grid, whole_window, pieces_of, diagonal_random, uniform, random_after
   use qsmpm_grid_window, only: window_type, operator(==), cells_over, hull, widen, holds, renumber
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type, state_type

@@ -96,10 +96,10 @@ contains
         call s%laws(1)%law%start(s%points%stress(:, p), s%points%state(:, p))
       end do
       allocate (s%volumes(s%mesh%cell_count))
-      call cell_volumes(s%mesh, .false., s%volumes)
+      call cell_volumes(s%mesh, s%volumes)
       call activate(s%mesh, s%volumes, s%points, s%activation)
-      call integrate_at_points(s%mesh, s%space, .false., s%activation, s%points, s%domains, s%at_points)
-      call integrate_in_cells(s%mesh, s%space, .false., s%activation, s%points, s%laws, s%domains, s%in_cells, inaccurate)
+      call integrate_at_points(s%mesh, s%space, s%activation, s%points, s%domains, s%at_points)
+      call integrate_in_cells(s%mesh, s%space, s%activation, s%points, s%laws, s%domains, s%in_cells, inaccurate)
     end associate
   end subroutine make_sample
 
@@ -269,14 +269,15 @@ contains
 
     do degree = 1, 3
       call make_sample(2, degree, [0.4_wp, 0.1_wp, 0.0_wp], [2.0_wp, 1.5_wp, 0.0_wp], [6, 5, 1], s)
-      call integrate_at_points(s%mesh, s%space, .true., s%activation, s%points, s%domains, axisymmetric)
+      s%mesh%axisymmetric = .true.
+      call integrate_at_points(s%mesh, s%space, s%activation, s%points, s%domains, axisymmetric)
       worst = 0.0_wp
       do q = 1, axisymmetric%point_count
         worst = max(worst, abs(radius(axisymmetric, q) - s%points%position(1, axisymmetric%source(q))))
       end do
       call tests%close('the radius of a domain is that of its middle', worst, 0.0_wp, rounding)
       call sample_space(s%mesh, degree, .false., plain)
-      call integrate_at_points(s%mesh, plain, .true., s%activation, s%points, s%domains, axisymmetric)
+      call integrate_at_points(s%mesh, plain, s%activation, s%points, s%domains, axisymmetric)
       worst = 0.0_wp
       do q = 1, axisymmetric%point_count
         worst = max(worst, abs(radius(axisymmetric, q) - s%points%position(1, axisymmetric%source(q))))
@@ -308,7 +309,7 @@ contains
 
     call make_sample(2, 3, [0.4_wp, 0.1_wp, 0.0_wp], [2.0_wp, 1.5_wp, 0.0_wp], [6, 5, 1], s)
     call sample_space(s%mesh, 3, .false., plain)
-    call integrate_at_points(s%mesh, plain, .false., s%activation, s%points, s%domains, integration)
+    call integrate_at_points(s%mesh, plain, s%activation, s%points, s%domains, integration)
     worst = 0.0_wp
     do g = 1, integration%group_count
       n = integration%node_first(g + 1) - integration%node_first(g)
@@ -347,10 +348,10 @@ contains
             if (mod(p, 2) == 0) s%domains%low(1, p) = s%domains%low(1, p) - 0.3_wp
             if (mod(p, 2) == 1) s%domains%high(side, p) = s%domains%high(side, p) + 0.3_wp
           end do
-          call integrate_at_points(s%mesh, s%space, .false., s%activation, s%points, s%domains, jagged, .true.)
+          call integrate_at_points(s%mesh, s%space, s%activation, s%points, s%domains, jagged, .true.)
           call look_at_rows(tests, jagged)
           blocks = size(jagged%shape)
-          call integrate_at_points(s%mesh, s%space, .false., s%activation, s%points, s%domains, jagged)
+          call integrate_at_points(s%mesh, s%space, s%activation, s%points, s%domains, jagged)
           call look_at_rows(tests, jagged)
           if (side == dimension) call tests%check('grouped by blocks the points carry fewer functions', &
               size(jagged%shape) < blocks)

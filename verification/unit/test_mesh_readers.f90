@@ -8,8 +8,7 @@ module test_mesh_readers
   use qsmpm_error, only: error_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: mesh_volume
-  use qsmpm_mesh_readers, only: read_mesh
-  use qsmpm_inline_mesh, only: inline_mesh
+  use qsmpm_mesh_readers, only: read_mesh, inline_mesh
   use qsmpm_mesh_topology, only: build_topology
   use qsmpm_element, only: tri3, quad4
   use testing, only: tests_type

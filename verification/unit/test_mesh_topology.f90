@@ -4,7 +4,7 @@ module test_mesh_topology
   use qsmpm_error, only: error_type, error_deck
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_metric, cell_width
-  use qsmpm_inline_mesh, only: inline_mesh
+  use qsmpm_mesh_readers, only: inline_mesh
   use qsmpm_mesh_topology, only: build_topology
   use qsmpm_element, only: tri3, tri6, quad4, quad8, hex8, wedge6, tet4
   use testing, only: tests_type

@@ -365,22 +365,7 @@ contains
     type(ngi_adp_parameters_type) :: p
 
     p = clay()
-    p%passive = 1.1_wp
-    call expect_refusal(tests, 'passive above active', p, 'su_P not above su_A')
-    p = clay()
-    p%simple = 0.0_wp
-    call expect_refusal(tests, 'no strength', p, 'strengths must be positive')
-    p = clay()
-    p%poisson = 0.5_wp
-    call expect_refusal(tests, 'incompressible', p, 'below 0.5')
-    p = clay()
-    p%strain_simple = 2.0_wp
-    call expect_refusal(tests, 'strain in per cent', p, '0.02 for 2 %')
-    p = clay()
     p%start = -0.5_wp
     call expect_refusal(tests, 'stress at the start', p, '-su_P/su_A')
-    p = clay()
-    p%gain = -1.0_wp
-    call expect_refusal(tests, 'loss with depth', p, 'su_A_inc')
   end subroutine check_refusals
 end module test_ngi_adp

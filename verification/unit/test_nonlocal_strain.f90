@@ -8,12 +8,11 @@ module test_nonlocal_strain
   use qsmpm_law, only: law_type, batch_type, field_coupling_type, step_info_type, status_ok, tangent_none, &
     tangent_consistent
   use qsmpm_law_factory, only: kinematics_jaumann, kinematics_logarithmic, new_law, rate_midpoint
-  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_material_parameters, only: material_parameters_type, softening_parameters_type, softening_exponential, &
+    softening_linear, regularise_nonlocal
   use qsmpm_nonlocal_field, only: nonlocal_field, gather_field
   use qsmpm_phase_start, only: start_phase
   use qsmpm_sharing_limits, only: refuse_sharing
-  use qsmpm_softening_parameters, only: softening_parameters_type, softening_exponential, softening_linear, &
-    regularise_nonlocal
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: increment_type
   use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads

@@ -123,10 +123,10 @@ contains
     real(wp) :: box(3, 2), found, vector(mesh%dimension), flux, left_out
     logical :: occupied(mesh%cell_count)
 
-    call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, body, error)
+    call seed_body(mesh, shape, 1, 0, seed_even, 0, body, error)
     occupied = cells_of(mesh, body)
     box = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp], [3, 2])
-    call seed_outline(mesh, .false., occupied, shape, box, 0.0_wp, 4, 1, list, left_out)
+    call seed_outline(mesh, occupied, shape, box, 0.0_wp, 4, 1, list, left_out)
     call sums_of(mesh, list, found, vector, flux)
     call tests%close(name//': all of the surface', found, area, 1.0e-10_wp)
     call tests%close(name//': it is closed', norm2(vector), 0.0_wp, rounding)
@@ -240,12 +240,12 @@ contains
 
       allocate (shape%outline, source=comb)
       call sample_grid('QUAD4', 7, 0.0_wp, mesh)
-      call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, body, error)
+      call seed_body(mesh, shape, 1, 0, seed_even, 0, body, error)
       limits = 0.0_wp
       ! As wide as the tolerance of sets of a mesh of size one.
       limits(:2, 1) = box(:, 1) - 1.0e-8_wp
       limits(:2, 2) = box(:, 2) + 1.0e-8_wp
-      call seed_outline(mesh, .false., cells_of(mesh, body), shape, limits, 1.0e-8_wp, 4, 1, list, left_out)
+      call seed_outline(mesh, cells_of(mesh, body), shape, limits, 1.0e-8_wp, 4, 1, list, left_out)
       call sums_of(mesh, list, area, found, flux)
       call tests%close('length of outline in a box', area, length, 1.0e-7_wp)
       call tests%close('its area vector', norm2(found - vector), 0.0_wp, 1.0e-7_wp)
@@ -279,10 +279,10 @@ contains
       allocate (shape%solid)
       call make_polyhedron(block_facets([0.2_wp, 0.2_wp, 0.2_wp], [0.8_wp, 0.6_wp, 1.0_wp]), shape%solid)
       call sample_grid('HEX8', 5, 0.0_wp, mesh)
-      call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, body, error)
+      call seed_body(mesh, shape, 1, 0, seed_even, 0, body, error)
       limits(:, 1) = [0.2_wp, 0.2_wp, low] - slack
       limits(:, 2) = [0.8_wp, 0.6_wp, 1.0_wp] + slack
-      call seed_outline(mesh, .false., cells_of(mesh, body), shape, limits, slack, 4, 1, list, dropped)
+      call seed_outline(mesh, cells_of(mesh, body), shape, limits, slack, 4, 1, list, dropped)
       call sums_of(mesh, list, found, vector, flux)
       call tests%close(label, found, area, 1.0e-11_wp)
       call tests%close(label//': area vector', norm2(vector - [0.0_wp, 0.0_wp, 0.24_wp]), 0.0_wp, 1.0e-11_wp)
@@ -300,17 +300,17 @@ contains
 
     call sample_grid('QUAD4', 2, 0.0_wp, mesh)
     occupied = [.true., .true., .false., .false.]
-    call seed_segment(mesh, .false., occupied, .false., [1.0_wp, 0.5_wp, 0.0_wp, 0.5_wp], 4, 1, list)
+    call seed_segment(mesh, occupied, .false., [1.0_wp, 0.5_wp, 0.0_wp, 0.5_wp], 4, 1, list)
     call tests%check('a segment with the body to its left is in the body', list%count == 6 .and. &
       all(list%cell(:6) <= 2))
     call tests%close('and looks to its right', sum(list%vector(2, :6)), 1.0_wp, 1.0e-15_wp)
-    call seed_segment(mesh, .false., occupied, .false., [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp], 4, 1, list)
+    call seed_segment(mesh, occupied, .false., [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp], 4, 1, list)
     call tests%check('the other way round it is in the body as well', list%count == 12 .and. &
       all(list%cell(:12) <= 2))
-    call seed_segment(mesh, .false., spread(.true., 1, 4), .false., [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp], 4, 1, list)
+    call seed_segment(mesh, spread(.true., 1, 4), .false., [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp], 4, 1, list)
     call tests%check('inside of a body it belongs to the left, once', list%count == 18 .and. &
       all(list%cell(13:18) > 2))
-    call seed_segment(mesh, .false., occupied, .false., [0.0_wp, 0.7_wp, 1.0_wp, 0.7_wp], 4, 1, list)
+    call seed_segment(mesh, occupied, .false., [0.0_wp, 0.7_wp, 1.0_wp, 0.7_wp], 4, 1, list)
     call tests%check('off the body it belongs to nothing', list%count == 18)
   end subroutine check_segment_sides
 
@@ -326,9 +326,10 @@ contains
 
     allocate (shape%outline, source=reshape([0.0_wp, 0.1_wp, 0.9_wp, 0.1_wp, 0.0_wp, 0.8_wp], [2, 3]))
     call sample_grid('TRI6', 6, 0.1_wp, mesh)
-    call seed_body(mesh, .true., shape, 1, 0, seed_even, 0, body, error)
+    mesh%axisymmetric = .true.
+    call seed_body(mesh, shape, 1, 0, seed_even, 0, body, error)
     box = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp], [3, 2])
-    call seed_outline(mesh, .true., cells_of(mesh, body), shape, box, 0.0_wp, 4, 1, list, left_out)
+    call seed_outline(mesh, cells_of(mesh, body), shape, box, 0.0_wp, 4, 1, list, left_out)
     call sums_of(mesh, list, area, vector, flux)
     call tests%close('base and mantle of a cone per radian', area, &
       0.5_wp*0.9_wp*(0.9_wp + norm2([0.9_wp, 0.7_wp])), 1.0e-10_wp)
@@ -351,12 +352,11 @@ contains
     box = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp], [3, 2])
     do i = 1, size(elements)
       call sample_grid(trim(elements(i)), 2, 0.1_wp, mesh)
-      if (allocated(list%local)) deallocate (list%cell, list%body, list%local, list%volume, list%vector)
-      list%count = 0
+      list = seed_list_type()
       if (allocated(vector)) deallocate (vector)
       allocate (vector(mesh%dimension))
       call faces_in_box(mesh, box, faces)
-      call seed_faces(mesh, .false., spread(.true., 1, mesh%cell_count), faces, 1, list)
+      call seed_faces(mesh, spread(.true., 1, mesh%cell_count), faces, 1, list)
       call sums_of(mesh, list, area, vector, flux)
       call tests%close('walls of '//trim(elements(i)), area, 2.0_wp*mesh%dimension, rounding)
       call tests%close('walls of '//trim(elements(i))//' look outward', flux, 1.0_wp*mesh%dimension, rounding)

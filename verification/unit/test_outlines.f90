@@ -16,9 +16,8 @@ module test_outlines
   use qsmpm_phase_start, only: start_phase
   use qsmpm_points, only: carried_type
   use qsmpm_polygon, only: polygon_area
-  use qsmpm_polyhedron, only: polyhedron_volume
+  use qsmpm_polyhedron, only: polyhedron_volume, prism_caps, prism_walls
   use qsmpm_polyhedron_check, only: polyhedron_problem
-  use qsmpm_prism_facets, only: prism_caps, prism_walls
   use qsmpm_soil_points, only: soil_of, integration_of
   use qsmpm_space, only: shape_values_type
   use qsmpm_body_shape, only: body_shape_type

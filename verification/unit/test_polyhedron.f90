@@ -85,10 +85,9 @@ contains
     allocate (shape%solid)
     call make_polyhedron(facets, shape%solid)
     do i = 1, size(elements)
-      if (allocated(list%local)) deallocate (list%cell, list%body, list%local, list%volume, list%vector)
-      list%count = 0
+      list = seed_list_type()
       call sample_grid(trim(elements(i)), 5, merge(0.2_wp, 0.0_wp, i == 4), mesh)
-      call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, list, error)
+      call seed_body(mesh, shape, 1, 0, seed_even, 0, list, error)
       call first_moment(mesh, list, held, moment)
       call tests%close(name//' is held by '//trim(elements(i)), held, exact, rounding)
       call tests%check(name//': volumes are positive in '//trim(elements(i)), &
@@ -114,7 +113,7 @@ contains
     call make_polyhedron(block, shape%solid)
     shape%uncertainty = epsilon(1.0_real32)
     call sample_grid('HEX8', 5, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, list, error)
+    call seed_body(mesh, shape, 1, 0, seed_even, 0, list, error)
     call tests%check('a block in single precision fills its 24 cells and no more', list%count == 24*8)
     ! Six faces off by up to half a digit of single precision.
     call tests%close('and keeps its volume', sum(list%volume(:list%count)), 0.192_wp, 1.0e-7_wp)

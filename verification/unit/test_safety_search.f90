@@ -19,7 +19,7 @@ module test_safety_search
   use qsmpm_lowered_laws, only: fit_laws, has_named_strength
   use qsmpm_safety_search, only: end_search, set_strength, share_note
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_strength_constants, only: strength_constant_type
+  use qsmpm_strength_factor, only: strength_constant_type
   use deck_samples, only: joined
   use scratch_folder, only: make_folder, remove_folder
   use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type

@@ -49,7 +49,7 @@ contains
       shape%outline(:, k) = 0.5_wp + 0.37_wp*[cos(k*pi/30.0_wp), sin(k*pi/30.0_wp)]
     end do
     exact = 0.5_wp*60*0.37_wp**2*sin(pi/30.0_wp)
-    call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, list, error)
+    call seed_body(mesh, shape, 1, 0, seed_even, 0, list, error)
     call tests%check('a circle is seeded in '//name, .not. allocated(error))
     call tests%close('its points hold the exact volume in '//name, sum(list%volume(:list%count)), exact, &
       1.0e-12_wp)
@@ -64,7 +64,8 @@ contains
     type(error_type), allocatable :: error
 
     call sample_grid('TRI6', 3, 0.1_wp, mesh)
-    call seed_body(mesh, .true., shape, 1, 12, seed_even, 0, list, error)
+    mesh%axisymmetric = .true.
+    call seed_body(mesh, shape, 1, 12, seed_even, 0, list, error)
     call tests%close('a cylinder holds half its radius squared per radian', sum(list%volume(:list%count)), &
       0.5_wp, 1.0e-12_wp)
   end subroutine check_axisymmetric_volume
@@ -78,7 +79,7 @@ contains
     type(error_type), allocatable :: error
 
     call sample_grid('TRI6', 1, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, 5, seed_even, 0, list, error)
+    call seed_body(mesh, shape, 1, 5, seed_even, 0, list, error)
     call tests%check('five points a triangle are refused', allocated(error))
   end subroutine check_unknown_number
 
@@ -92,7 +93,7 @@ contains
     integer :: c
 
     call sample_grid('QUAD4', 3, 0.0_wp, mesh)
-    call cell_volumes(mesh, .false., volumes)
+    call cell_volumes(mesh, volumes)
     call allocate_points(points, 2, 6, 4, 4)
     points%cell = [1, 4, 7, 2, 5, 8]
     points%material = 1

@@ -6,11 +6,10 @@ module test_softening
   use qsmpm_error, only: error_type
   use qsmpm_law, only: law_type, batch_type, status_ok, status_failed, tangent_consistent, tangent_elastic, tangent_none
   use qsmpm_law_factory, only: kinematics_jaumann, kinematics_logarithmic, rate_midpoint, new_law
-  use qsmpm_material_parameters, only: material_parameters_type, check_parameters
+  use qsmpm_material_parameters, only: material_parameters_type, check_parameters, softening_parameters_type, &
+    softening_linear, softening_exponential, regularise_none, regularise_cell
   use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_softening, only: degree_of, strain_of_degree
-  use qsmpm_softening_parameters, only: softening_parameters_type, softening_linear, softening_exponential, &
-    regularise_none, regularise_cell
   use qsmpm_softening_model, only: softening_model_type, set_softening, largest_band_ratio
   use testing, only: tests_type
   implicit none

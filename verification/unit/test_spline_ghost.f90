@@ -99,7 +99,7 @@ contains
     real(wp), allocatable :: stiffness(:)
     integer :: g
 
-    call cell_volumes(mesh, .false., volumes)
+    call cell_volumes(mesh, volumes)
     call activate(mesh, volumes, points, activation)
     call touch_cells(space, domains, activation%touched)
     allocate (stiffness(activation%active_count), source=young)

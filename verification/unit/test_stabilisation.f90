@@ -56,7 +56,7 @@ contains
     real(wp) :: volumes(mesh%cell_count), stiffness(mesh%cell_count)
     integer :: c
 
-    call cell_volumes(mesh, .false., volumes)
+    call cell_volumes(mesh, volumes)
     call allocate_points(points, mesh%dimension, mesh%cell_count, merge(4, 6, mesh%dimension == 2), 4)
     points%cell = [(c, c=1, mesh%cell_count)]
     points%material = 1

@@ -11,9 +11,8 @@ module test_strength_factor
   use qsmpm_hardening_soil, only: hardening_soil_parameters_type
   use qsmpm_hardening_soil_surfaces, only: surfaces_type, make_surfaces
   use qsmpm_lowered_laws, only: lower_material
-  use qsmpm_strength_constants, only: strength_constant_type, divide_constant, divide_tangent, follow_friction
   use qsmpm_strength_factor, only: strength_factor_type, flow_material, flow_davis_a, flow_davis_b, lower_strength, &
-    lower_tension
+    lower_tension, strength_constant_type, divide_constant, divide_tangent, follow_friction
   use testing, only: tests_type
   implicit none
   private

@@ -1,5 +1,5 @@
 !> Cards of materials: *MATERIAL and the properties that belong to the last one, *SOFTENING and *K0 among them, and what
-!> can be checked once the material is complete. The cards of the soil laws of qsmpm_standard_laws are as each describes
+!> can be checked once the material is complete. The cards of the soil laws of qsmpm_law_factory are as each describes
 !> itself: nothing here knows any of them.
 module qsmpm_deck_materials
   use qsmpm_kinds, only: wp, pi
@@ -13,14 +13,14 @@ module qsmpm_deck_materials
   use qsmpm_permeability_law, only: permeability_constant, permeability_logarithm, permeability_words
   use qsmpm_phase_description, only: newton_modified, initial_k0
   use qsmpm_phase_loads, only: has_consolidation
-  use qsmpm_softening_parameters, only: regularise_nonlocal, softening_error
+  use qsmpm_material_parameters, only: regularise_nonlocal, softening_error
   use qsmpm_undrained_parameters, only: undrained_c
   use qsmpm_carried_cards, only: note_card
   use qsmpm_error, only: error_type
   use qsmpm_law_parameters, only: law_parameters_type, law_parameters_slot_type, law_description_type
   use qsmpm_principal_model, only: principal_model_type
   use qsmpm_soil_model, only: soil_model_type
-  use qsmpm_standard_laws, only: standard_laws
+  use qsmpm_law_factory, only: standard_laws
   use qsmpm_stress_at_rest, only: has_ratio, horizontal_at_rest, passive_ratio, unloading_poisson
   use qsmpm_rounded_text, only: rounded_text
   implicit none

@@ -12,8 +12,8 @@ module qsmpm_deck_user_material
   use qsmpm_user_material, only: user_material_type, interface_udsm, interface_umat, model_tangent_auto
   use qsmpm_material_description, only: material_type
   use qsmpm_error, only: error_type
-  use qsmpm_strength_constants, only: strength_constant_type, lowering_words, divide_tangent, follow_friction
-  use qsmpm_strength_factor, only: strength_factor_type
+  use qsmpm_strength_factor, only: strength_factor_type, strength_constant_type, lowering_words, divide_tangent, &
+    follow_friction
   use qsmpm_law_parameters, only: law_parameters_type
   use qsmpm_kinds, only: wp
   implicit none

@@ -11,14 +11,21 @@
 !> With the Cauchy rate, the usual one of a UMAT, the terms -sigma tr d(eps) are absent from both.
 !> Both are one formula, whose terms `rotated_increment_type` holds. The return mapping and the derivative are those of
 !> qsmpm_jaumann_solid; the plane has its own form of all this, qsmpm_jaumann_plane.
+!>
+!> Kinematics of the midpoint rule for stress rates (Hughes and Winget 1980).
+!>
+!> G = (F - I) ((F + I)/2)^-1 is the displacement gradient on the mid configuration: its symmetric
+!> part is the strain increment, and the Cayley transform of its skew part W is a finite rotation
+!> that is exact for a rigid turn. Here the rotation is halved: half before and half after the
+!> strain increment makes the rule of second order. With t = axial(W)/2 the half rotation turns by
+!> atan |t| about t.
 module qsmpm_jaumann_increment
   use qsmpm_kinds, only: wp
-  use qsmpm_midpoint_rotation, only: half_rotation, rotation_jacobian, axial
   use qsmpm_tensor, only: cofactor, identity
   implicit none
   private
 
-  public :: rotated_increment_type, make_increment, is_cauchy
+  public :: rotated_increment_type, make_increment, is_cauchy, half_rotation, rotation_jacobian, axial
 
   !> How the rate of J sigma is integrated, numbered as in the deck's description, and that of sigma.
   integer, parameter, public :: rate_paper = 1, rate_midpoint = 2, rate_paper_cauchy = 3, rate_midpoint_cauchy = 4
@@ -156,4 +163,58 @@ contains
 
     trace = a(1, 1) + a(2, 2) + a(3, 3)
   end function trace
+
+  !> Half of the rotation of a spin increment.
+  pure function half_rotation(t) result(rotation)
+    !> Half the axial vector of W (3).
+    real(wp), intent(in) :: t(3)
+    real(wp) :: rotation(3, 3), c, g
+    integer :: i
+
+    c = 1.0_wp/sqrt(1.0_wp + dot_product(t, t))
+    g = c*c/(1.0_wp + c)
+    do i = 1, 3
+      rotation(:, i) = g*t(i)*t
+      rotation(i, i) = rotation(i, i) + c
+    end do
+    rotation = rotation + c*skew(t)
+  end function half_rotation
+
+  !> L of d(rotation) rotation^T = skew(L dt): the rotation vector angle n with tan(angle) = |t|
+  !> has L = c^2 n n^T + (sin/|t|)(I - n n^T) + ((1 - cos)/|t|) skew(n).
+  pure function rotation_jacobian(t) result(jacobian)
+    !> Half the axial vector of W (3).
+    real(wp), intent(in) :: t(3)
+    real(wp) :: jacobian(3, 3), c, g
+    integer :: i
+
+    ! sin/|t| = c, (1 - cos)/|t|^2 = g, and (c^2 - c)/|t|^2 = -c g.
+    c = 1.0_wp/sqrt(1.0_wp + dot_product(t, t))
+    g = c*c/(1.0_wp + c)
+    do i = 1, 3
+      jacobian(:, i) = -c*g*t(i)*t
+      jacobian(i, i) = jacobian(i, i) + c
+    end do
+    jacobian = jacobian + g*skew(t)
+  end function rotation_jacobian
+
+  !> Axial vector of the skew part of a tensor: skew(axial(a)) = (a - a^T)/2.
+  pure function axial(a) result(vector)
+    !> Tensor (3,3).
+    real(wp), intent(in) :: a(3, 3)
+    real(wp) :: vector(3)
+
+    vector = 0.5_wp*[a(3, 2) - a(2, 3), a(1, 3) - a(3, 1), a(2, 1) - a(1, 2)]
+  end function axial
+
+  !> Skew tensor of an axial vector.
+  pure function skew(vector) result(a)
+    !> Axial vector (3).
+    real(wp), intent(in) :: vector(3)
+    real(wp) :: a(3, 3)
+
+    a(:, 1) = [0.0_wp, vector(3), -vector(2)]
+    a(:, 2) = [-vector(3), 0.0_wp, vector(1)]
+    a(:, 3) = [vector(2), -vector(1), 0.0_wp]
+  end function skew
 end module qsmpm_jaumann_increment

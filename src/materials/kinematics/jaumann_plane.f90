@@ -12,8 +12,7 @@ module qsmpm_jaumann_plane
   use qsmpm_jaumann_increment, only: rate_paper, rate_paper_cauchy, smallest_pivot, is_cauchy
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_plane_frame, only: to_principal, from_principal, frame_map, plane_piola
-  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, elastic_share
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic, keep_update, elastic_share
   implicit none
   private
 

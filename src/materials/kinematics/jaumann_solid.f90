@@ -10,8 +10,7 @@ module qsmpm_jaumann_solid
   use qsmpm_isotropic_function, only: compose, isotropic_change, pair_quotients
   use qsmpm_jaumann_increment, only: rotated_increment_type, make_increment, is_cauchy
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
-  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, elastic_share
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic, keep_update, elastic_share
   use qsmpm_spectral, only: spectral
   use qsmpm_tensor, only: inverse_of => inverse
   implicit none

@@ -18,8 +18,7 @@ module qsmpm_logarithmic_plane
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms, short_sinh
   use qsmpm_plane_frame, only: to_principal, from_principal, frame_map, store_stress
-  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, elastic_share
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic, keep_update, elastic_share
   implicit none
   private
 

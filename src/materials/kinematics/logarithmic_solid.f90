@@ -13,8 +13,7 @@ module qsmpm_logarithmic_solid
   use qsmpm_isotropic_function, only: pair_first, pair_second, pair_quotients
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
-  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, elastic_share
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic, keep_update, elastic_share
   use qsmpm_spectral, only: spectral, jacobi_spectral
   use qsmpm_tensor, only: cofactor, determinant, unpack_symmetric
   implicit none

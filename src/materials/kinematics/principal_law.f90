@@ -21,10 +21,18 @@
 !> The elastic tangent is that of the same material without strength; it is made symmetric for models that are not
 !> Hookean, as it is asked for where an approximation will do. The points are worked out by the four kernels
 !> qsmpm_logarithmic_plane, _solid and qsmpm_jaumann_plane, _solid.
+!>
+!> Derivatives that couple the displacement with the field of a nonlocal law (qsmpm_nonlocal_strain), in logarithmic
+!> strain.
+!>
+!> The trial b = F b_e F^T and whatever the model makes of it in principal values share their directions. So, with r the
+!> derivative of the principal stresses by kbar and g that of kappa by the principal trial stresses,
+!>   dQ/dkbar = (sum r_a n_a n_a) F^-T / J_n,
+!> and as a change of F changes eps = ln(b)/2 in these directions by sym(dF F^-1),
+!>   dkappa/dF = (sum p_a n_a n_a) F^-T,   p = D g,  D the elastic moduli.
 module qsmpm_principal_law
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_other, error_deck
-  use qsmpm_field_coupling, only: couple_logarithmic
   use qsmpm_isotropic_function, only: compose, tensor_logarithm, tensor_exponential
   use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, is_cauchy
   use qsmpm_jaumann_plane, only: update_jaumann_plane => update_plane
@@ -33,9 +41,10 @@ module qsmpm_principal_law
   use qsmpm_logarithmic_plane, only: update_logarithmic_plane => update_plane
   use qsmpm_logarithmic_solid, only: update_logarithmic_solid => update_solid
   use qsmpm_point_result, only: finish_points
-  use qsmpm_principal_model, only: principal_model_type
+  use qsmpm_principal_model, only: principal_model_type, field_response_type
   use qsmpm_spectral, only: spectral
-  use qsmpm_tensor, only: stress_size, unpack_symmetric, pack_symmetric
+  use qsmpm_tensor, only: stress_size, unpack_symmetric, pack_symmetric, determinant, inverse, pack_gradient, &
+    transformed, unpack_gradient
   implicit none
   private
 
@@ -271,4 +280,30 @@ contains
       compliance(2) = compliance(2)*volume_change
     end if
   end function shear_compliance
+
+  !> Coupling of a point that has been updated.
+  pure subroutine couple_logarithmic(model, gradient, volume_ratio, cell_size, strain_start, state, coupling)
+    !> Hookean, its trial a Kirchhoff stress.
+    class(principal_model_type), intent(in) :: model
+    !> F, packed (5 or 9), J_n, size of the cell.
+    real(wp), intent(in) :: gradient(:), volume_ratio, cell_size
+    !> b_e at the start (4 or 6), and the model's state variables at the end (state_count).
+    real(wp), intent(in) :: strain_start(:), state(:)
+    type(field_coupling_type), intent(inout) :: coupling
+    type(field_response_type) :: response
+    real(wp) :: f(3, 3), values(3), vectors(3, 3), turned(3, 3), elastic(3)
+    integer :: n
+
+    n = size(gradient)
+    f = unpack_gradient(gradient)
+    call spectral(transformed(f, unpack_symmetric(strain_start)), values, vectors)
+    values = 0.5_wp*log(values)
+    call model%respond(model%trial_lame*sum(values) + 2.0_wp*model%trial_shear*values, state, cell_size, response)
+    elastic = model%trial_lame*sum(response%strain_by_trial) + 2.0_wp*model%trial_shear*response%strain_by_trial
+    turned = transpose(inverse(f, determinant(f)))
+    call pack_gradient(matmul(compose(response%stress_by_field/volume_ratio, vectors), turned), &
+      coupling%stress_by_field(:n))
+    call pack_gradient(matmul(compose(elastic, vectors), turned), coupling%strain_by_gradient(:n))
+    coupling%strain_by_field = response%strain_by_field
+  end subroutine couple_logarithmic
 end module qsmpm_principal_law

@@ -12,9 +12,9 @@ module qsmpm_cam_clay
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
-  use qsmpm_swelling_model, only: swelling_line_type, swelling_model_type, make_line, pressure_of, largest_exponent
-  use qsmpm_strength_constants, only: strength_constant_type, divide_constant, lower_constants
-  use qsmpm_strength_factor, only: strength_factor_type, flow_material
+  use qsmpm_swelling_model, only: swelling_model_type, make_line, pressure_of, largest_exponent
+  use qsmpm_strength_factor, only: strength_factor_type, flow_material, strength_constant_type, divide_constant, &
+    lower_constants
   use qsmpm_text, only: string_type
   implicit none
   private
@@ -56,7 +56,6 @@ module qsmpm_cam_clay
   contains
     procedure :: initial_state
     procedure :: field_to_state
-    procedure :: line
     procedure :: update
   end type cam_clay_type
 
@@ -118,27 +117,17 @@ contains
     end if
   end subroutine lower_named
 
-  !> Refuse parameters that describe no clay.
+  !> Refuse parameters that do not go together; the range of each is that of its field.
   pure subroutine check(parameters, error)
     class(cam_clay_parameters_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.
     type(error_type), allocatable, intent(out) :: error
 
     associate (p => parameters)
-      if (.not. p%slope > 0.0_wp) then
-        call fail(error, error_deck, 'the slope M of the critical state line must be positive')
-      else if (.not. (p%kappa > 0.0_wp .and. p%lambda > p%kappa)) then
+      if (.not. (p%kappa > 0.0_wp .and. p%lambda > p%kappa)) then
         call fail(error, error_deck, 'kappa must be positive and lambda above kappa')
-      else if (.not. p%volume > 1.0_wp) then
-        call fail(error, error_deck, 'the specific volume v0 = 1 + e0 must be above 1')
       else if (p%poisson > -1.0_wp .eqv. p%shear > 0.0_wp) then
         call fail(error, error_deck, 'either nu or SHEAR MODULUS is required, not both and not neither')
-      else if (.not. p%poisson < 0.5_wp) then
-        call fail(error, error_deck, 'Poisson''s ratio must lie above -1 and below 0.5')
-      else if (.not. (p%ocr >= 1.0_wp .and. p%preconsolidation >= 0.0_wp)) then
-        call fail(error, error_deck, 'OCR must not be below 1 and the preconsolidation pressure not negative')
-      else if (.not. p%smallest_pressure > 0.0_wp) then
-        call fail(error, error_deck, 'the smallest pressure must be positive')
       end if
     end associate
   end subroutine check
@@ -161,6 +150,7 @@ contains
     associate (clay => made%clay)
       clay%m2 = self%slope**2
       call make_line(self%kappa/self%volume, self%smallest_pressure, clay)
+      made%line = clay%swelling_line_type
       clay%plastic = (self%lambda - self%kappa)/self%volume
       clay%by_m2 = 1.0_wp/clay%m2
       clay%by_plastic = 1.0_wp/clay%plastic
@@ -201,14 +191,6 @@ contains
 
     state(1) = max(state(1), 2.0_wp*self%clay%smallest)
   end subroutine field_to_state
-
-  !> Its swelling line.
-  pure function line(self)
-    class(cam_clay_type), intent(in) :: self
-    type(swelling_line_type) :: line
-
-    line = self%clay%swelling_line_type
-  end function line
 
   !> Stress, state and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)

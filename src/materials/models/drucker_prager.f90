@@ -95,10 +95,6 @@ contains
       self%dilatancy_angle)
     call check_parameters(matched, error)
     if (allocated(error)) return
-    if (all(self%cone /= [cone_compression, cone_extension, cone_plane_strain])) then
-      call fail(error, error_deck, 'there is no such CONE')
-      return
-    end if
     call set_moduli(matched, made)
     made%elastic = .false.
     made%symmetric = .not. self%dilatancy_angle < self%friction_angle

@@ -119,31 +119,16 @@ contains
     has_small_strain = max(parameters%small_shear, parameters%threshold) > 0.0_wp
   end function has_small_strain
 
-  !> Refuse parameters that describe no soil; whether a cap exists is found by qsmpm_hardening_soil_surfaces.
+  !> Refuse parameters that do not go together; the range of each is that of its field, and whether a cap exists is
+  !> found by qsmpm_hardening_soil_surfaces.
   pure subroutine check_hardening_soil(parameters, error)
     class(hardening_soil_data_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.
     type(error_type), allocatable, intent(out) :: error
 
     associate (p => parameters)
-      if (.not. min(p%e50, p%eoed, p%eur, p%reference) > 0.0_wp) then
-        call fail(error, error_deck, 'E50, Eoed, Eur and the reference pressure must be positive')
-      else if (.not. (p%power >= 0.0_wp .and. p%power <= 1.0_wp)) then
-        call fail(error, error_deck, 'the power m must lie from 0 to 1')
-      else if (.not. (p%poisson >= 0.0_wp .and. p%poisson < 0.5_wp)) then
-        call fail(error, error_deck, 'Poisson''s ratio of unloading must lie from 0 to below 0.5')
-      else if (.not. (p%friction_angle > 0.0_wp .and. p%friction_angle < 90.0_wp)) then
-        call fail(error, error_deck, 'the friction angle must lie between 0 and 90 degrees')
-      else if (.not. (p%dilatancy_angle >= 0.0_wp .and. p%dilatancy_angle <= p%friction_angle)) then
+      if (.not. (p%dilatancy_angle >= 0.0_wp .and. p%dilatancy_angle <= p%friction_angle)) then
         call fail(error, error_deck, 'the dilatancy angle must lie from 0 to the friction angle')
-      else if (.not. p%cohesion >= 0.0_wp) then
-        call fail(error, error_deck, 'cohesion must not be negative')
-      else if (.not. (p%ratio > 0.0_wp .and. p%ratio < 1.0_wp)) then
-        call fail(error, error_deck, 'the ratio Rf must lie between 0 and 1')
-      else if (.not. p%k0 < 1.0_wp) then
-        call fail(error, error_deck, 'K0nc must lie between 0 and 1')
-      else if (.not. (p%ocr >= 1.0_wp .and. p%pop >= 0.0_wp)) then
-        call fail(error, error_deck, 'OCR must not be below 1 and POP not negative')
       else if (.not. p%eur > 2.0_wp*p%e50/(2.0_wp - p%ratio)) then
         call fail(error, error_deck, 'Eur must be above the initial slope 2 E50/(2 - Rf) of the hyperbola')
       else if (has_small_strain(p) .and. .not. min(p%small_shear, p%threshold) > 0.0_wp) then

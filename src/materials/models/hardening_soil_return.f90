@@ -266,21 +266,14 @@ contains
       found = maxval(abs(change(1:3))) <= small_change*scale &
         .and. maxval(abs(change(4:6)))*r%shear <= small_change*scale
       if (found) exit
-      found = maxval(abs(change(1:3))) <= rough_change*scale .and. is_past_edge(r, rough_change*scale)
+      ! Stresses far out of order: the edge will be active, and the set at hand is not worth more corrections.
+      associate (s => r%unknown(1:3), rough => rough_change*scale)
+        found = maxval(abs(change(1:3))) <= rough .and. r%slips .and. r%edge == no_edge .and. &
+          (s(2) < s(3) - rough .or. s(2) > s(1) + rough)
+      end associate
       if (found) exit
     end do
   end subroutine newton
-
-  !> Whether the stresses are out of order by more than a margin: the edge will be active, and the set at hand is not
-  !> worth more corrections.
-  pure logical function is_past_edge(r, margin)
-    type(hardening_return_type), intent(in) :: r
-    real(wp), intent(in) :: margin
-
-    associate (s => r%unknown(1:3))
-      is_past_edge = r%slips .and. r%edge == no_edge .and. (s(2) < s(3) - margin .or. s(2) > s(1) + margin)
-    end associate
-  end function is_past_edge
 
   !> Residuals and Jacobian, all of them stresses.
   pure subroutine residuals(surfaces, r, residual)

@@ -113,13 +113,6 @@ contains
     elastic = material_parameters_type(self%young, self%poisson)
     call check_parameters(elastic, error)
     if (allocated(error)) return
-    if (.not. (self%intact > 0.0_wp .and. self%index >= 1.0_wp .and. self%index <= 100.0_wp .and. &
-               self%m_intact > 0.0_wp .and. self%disturbance >= 0.0_wp .and. self%disturbance <= 1.0_wp .and. &
-               self%dilatancy_angle >= 0.0_wp .and. self%dilatancy_angle < 90.0_wp)) then
-      call fail(error, error_deck, 'sigma_ci and m_i must be positive, GSI from 1 to 100, D from 0 to 1, '// &
-        'psi from 0 to below 90 degrees')
-      return
-    end if
     call set_moduli(elastic, made)
     made%elastic = .false.
     made%symmetric = self%flow == flow_associated

@@ -105,8 +105,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(ngi_adp_type) :: made
 
-    call check(self, error)
-    if (allocated(error)) return
+    if (self%start < huge(1.0_wp) .and. .not. (self%start > -self%passive .and. self%start < 1.0_wp)) then
+      call fail(error, error_deck, 'tau_0/su_A must lie between -su_P/su_A and 1')
+      return
+    end if
     made%soil = self
     made%state_names = [string_type(''), string_type(''), string_type(''), string_type('initial_shear_stress'), &
       string_type('undrained_strength'), string_type('failure_strain_share')]
@@ -115,27 +117,6 @@ contains
     made%stiffness_scale = 2.0_wp*(1.0_wp + self%poisson)*made%shear_scale
     allocate (model, source=made)
   end subroutine make_soil_model
-
-  !> Refuse parameters that describe no clay.
-  pure subroutine check(self, error)
-    class(ngi_adp_parameters_type), intent(in) :: self
-    type(error_type), allocatable, intent(out) :: error
-    real(wp) :: strains(3)
-
-    strains = [self%strain_active, self%strain_simple, self%strain_passive]
-    if (.not. (self%stiffness > 0.0_wp .and. self%active > 0.0_wp .and. self%simple > 0.0_wp .and. &
-               self%passive > 0.0_wp .and. self%passive <= 1.0_wp)) then
-      call fail(error, error_deck, 'G_ur/su_A and the strengths must be positive, su_P not above su_A')
-    else if (.not. (self%poisson >= 0.0_wp .and. self%poisson < 0.5_wp)) then
-      call fail(error, error_deck, "Poisson's ratio must lie from 0 to below 0.5")
-    else if (.not. (minval(strains) > 0.0_wp .and. maxval(strains) < 0.5_wp)) then
-      call fail(error, error_deck, 'strains at failure must lie between 0 and 0.5: 0.02 for 2 %')
-    else if (self%start < huge(1.0_wp) .and. .not. (self%start > -self%passive .and. self%start < 1.0_wp)) then
-      call fail(error, error_deck, 'tau_0/su_A must lie between -su_P/su_A and 1')
-    else if (.not. self%gain >= 0.0_wp) then
-      call fail(error, error_deck, 'su_A_inc must not be negative')
-    end if
-  end subroutine check
 
   !> Lower the strengths.
   subroutine lower(self, by, error)

@@ -22,7 +22,7 @@ module qsmpm_soft_soil_creep
   use qsmpm_principal_model, only: principal_model_type, stress_update_type
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_strength_factor, only: strength_factor_type, lower_strength
-  use qsmpm_swelling_model, only: swelling_line_type, swelling_model_type, make_line
+  use qsmpm_swelling_model, only: swelling_model_type, make_line
   use qsmpm_tensor, only: identity
   use qsmpm_text, only: string_type
   implicit none
@@ -56,7 +56,6 @@ module qsmpm_soft_soil_creep
   contains
     procedure :: initial_state
     procedure :: field_to_state
-    procedure :: line
     procedure :: update
   end type soft_soil_creep_type
 
@@ -124,7 +123,7 @@ contains
     if (ratio < 0.0_wp) ratio = 1.0_wp - sin(self%friction_angle*pi/180.0_wp)
   end function ratio_of
 
-  !> Refuse parameters that describe no soil.
+  !> Refuse parameters that do not go together; the range of each is that of its field.
   pure subroutine check(parameters, error)
     class(soft_soil_creep_parameters_type), intent(in) :: parameters
     type(error_type), allocatable, intent(out) :: error
@@ -132,17 +131,8 @@ contains
     associate (p => parameters)
       if (.not. (p%kappa > 0.0_wp .and. p%lambda > p%kappa .and. p%mu > 0.0_wp)) then
         call fail(error, error_deck, 'kappa* and mu* must be positive and lambda* above kappa*')
-      else if (.not. (p%friction_angle > 0.0_wp .and. p%friction_angle < 90.0_wp .and. p%cohesion >= 0.0_wp)) then
-        call fail(error, error_deck, 'the friction angle must lie between 0 and 90 degrees, and cohesion not be '// &
-          'negative')
       else if (.not. (p%dilatancy_angle >= 0.0_wp .and. p%dilatancy_angle <= p%friction_angle)) then
         call fail(error, error_deck, 'the dilatancy angle must lie from 0 to the friction angle')
-      else if (.not. (p%poisson >= 0.0_wp .and. p%poisson < 0.5_wp .and. p%k0 < 1.0_wp)) then
-        call fail(error, error_deck, "Poisson's ratio must lie from 0 to below 0.5, K0nc between 0 and 1")
-      else if (.not. (p%ocr >= 1.0_wp .and. p%pop >= 0.0_wp)) then
-        call fail(error, error_deck, 'OCR must not be below 1 and POP not negative')
-      else if (.not. min(p%reference_time, p%smallest_pressure) > 0.0_wp) then
-        call fail(error, error_deck, 'the reference time and the smallest pressure must be positive')
       end if
     end associate
   end subroutine check
@@ -169,6 +159,7 @@ contains
     soil%creep = creep_type(plastic=self%lambda - self%kappa, creep=self%mu, slope=sqrt(slope2), &
       shift=self%cohesion/tan(self%friction_angle*pi/180.0_wp), reference=self%reference_time)
     call make_line(self%kappa, self%smallest_pressure, soil%creep)
+    soil%line = soil%creep%swelling_line_type
     soil%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*self%poisson)/(1.0_wp + self%poisson)
     soil%k0 = ratio_of(self)
     soil%ocr = self%ocr
@@ -232,14 +223,6 @@ contains
 
     state = max(state, [1.0_wp, 1.0e-3_wp]*self%creep%smallest)
   end subroutine field_to_state
-
-  !> Its swelling line.
-  pure function line(self)
-    class(soft_soil_creep_type), intent(in) :: self
-    type(swelling_line_type) :: line
-
-    line = self%creep%swelling_line_type
-  end function line
 
   !> Stress, state and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)

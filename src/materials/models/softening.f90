@@ -14,9 +14,9 @@
 !> the field strain counts by their size.
 module qsmpm_softening
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_material_parameters, only: material_parameters_type, softening_exponential, regularise_none, &
+    regularise_nonlocal
   use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, set_strength
-  use qsmpm_softening_parameters, only: softening_exponential, regularise_none, regularise_nonlocal
   implicit none
   private
 

@@ -61,7 +61,7 @@ contains
     real(wp), intent(out) :: stress(3), slope(3, 3), rate(3)
     type(active_planes_type) :: set, nearest
     real(wp) :: candidate(3), miss, least, scale
-    integer :: i, best
+    integer :: i, k, best
 
     scale = maxval(abs(trial)) + strength%sc
     least = huge(1.0_wp)
@@ -70,7 +70,10 @@ contains
       if (any(set_planes(:, i) > 3) .and. .not. strength%has_cut_off) cycle
       call make_set(strength, set_planes(:, i), lame, shear, set)
       candidate = set%slope(:, 1)*trial(1) + set%slope(:, 2)*trial(2) + set%slope(:, 3)*trial(3) + set%shift
-      miss = max(excess(strength, candidate), least_multiplier(set, trial))
+      miss = excess(strength, candidate)
+      do k = 1, set%planes
+        miss = max(miss, -dot_product(set%weights(k, :), trial) - set%offsets(k))
+      end do
       if (miss >= least) cycle
       least = miss
       best = i
@@ -98,19 +101,6 @@ contains
     excess = strength%k*maxval(stress) - minval(stress) - strength%sc
     if (strength%has_cut_off) excess = max(excess, maxval(stress) - strength%cut_off)
   end function excess
-
-  !> By how much the multipliers of a set are negative; <= 0 where none is.
-  pure real(wp) function least_multiplier(set, trial) result(miss)
-    type(active_planes_type), intent(in) :: set
-    !> Principal trial stresses, falling (3).
-    real(wp), intent(in) :: trial(3)
-    integer :: i
-
-    miss = -huge(1.0_wp)
-    do i = 1, set%planes
-      miss = max(miss, -dot_product(set%weights(i, :), trial) - set%offsets(i))
-    end do
-  end function least_multiplier
 
   !> Change of the answer of a set with the strength.
   pure function set_rate(strength, change, lame, shear, planes, set, trial, stress) result(rate)

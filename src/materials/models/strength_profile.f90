@@ -16,7 +16,7 @@ module qsmpm_strength_profile
   private
 
   public :: strength_profile_type, is_by_place, strength_at, young_at, varies_strength, varies_friction, &
-    varies_stiffness, reference_strength, follows_stress, shansep_strength, first_preconsolidation
+    varies_stiffness, reference_strength, follows_stress, shansep_strength
 
   !> Kinds, numbered as the words of the deck.
   integer, parameter, public :: profile_linear = 1, profile_table = 2, profile_shansep = 3
@@ -129,15 +129,6 @@ contains
     strength = 0.0_wp
     if (vertical > 0.0_wp) strength = profile%ratio*vertical*(preconsolidation/vertical)**profile%exponent
   end function shansep_strength
-
-  !> sigma_p of the start.
-  pure real(wp) function first_preconsolidation(profile, vertical) result(preconsolidation)
-    type(strength_profile_type), intent(in) :: profile
-    !> sigma_v, compression positive.
-    real(wp), intent(in) :: vertical
-
-    preconsolidation = profile%overconsolidation*vertical + profile%pre_overburden
-  end function first_preconsolidation
 
   !> A positive strength of the size of the profile's, if there is one; S where that follows the stress.
   pure real(wp) function reference_strength(profile) result(strength)

@@ -24,23 +24,14 @@ module qsmpm_swelling_model
 
   !> A model on it.
   type, extends(principal_model_type), abstract :: swelling_model_type
+    type(swelling_line_type) :: line
     !> G/K where positive, else G is constant.
     real(wp) :: shear_ratio = 0.0_wp
   contains
-    procedure(line_interface), deferred :: line
     procedure :: shear_modulus
     procedure :: elastic_strain
     procedure :: elastic_update
   end type swelling_model_type
-
-  abstract interface
-    !> The line of the model.
-    pure function line_interface(self) result(line)
-      import :: swelling_model_type, swelling_line_type
-      class(swelling_model_type), intent(in) :: self
-      type(swelling_line_type) :: line
-    end function line_interface
-  end interface
 
 contains
 
@@ -90,12 +81,10 @@ contains
     class(swelling_model_type), intent(in) :: self
     !> Principal stresses (3).
     real(wp), intent(in) :: stress(3)
-    type(swelling_line_type) :: line
 
     shear_modulus = self%shear
     if (.not. self%shear_ratio > 0.0_wp) return
-    line = self%line()
-    shear_modulus = self%shear_ratio*max(-sum(stress)/3.0_wp, line%smallest)*line%by_swelling
+    shear_modulus = self%shear_ratio*max(-sum(stress)/3.0_wp, self%line%smallest)*self%line%by_swelling
   end function shear_modulus
 
   !> Elastic strain of a stress.
@@ -106,7 +95,7 @@ contains
     real(wp) :: strain(3), mean
 
     mean = sum(stress)/3.0_wp
-    strain = (stress - mean)/(2.0_wp*modulus) - strain_of(self%line(), -mean)/3.0_wp
+    strain = (stress - mean)/(2.0_wp*modulus) - strain_of(self%line, -mean)/3.0_wp
   end function elastic_strain
 
   !> Stress and derivative without strength; cut where the trial pressure would be beyond all numbers.
@@ -115,14 +104,12 @@ contains
     !> G of the step; principal elastic strains (3).
     real(wp), intent(in) :: modulus, trial(3)
     type(stress_update_type), intent(inout) :: result
-    type(swelling_line_type) :: line
     real(wp) :: p, bulk, e
 
-    line = self%line()
     e = -sum(trial)
-    result%status = merge(status_ok, status_cut, e < largest_exponent*line%swelling)
+    result%status = merge(status_ok, status_cut, e < largest_exponent*self%line%swelling)
     if (result%status /= status_ok) return
-    call pressure_of(line, e, p, bulk)
+    call pressure_of(self%line, e, p, bulk)
     result%stress = 2.0_wp*modulus*(trial + e/3.0_wp) - p
     result%derivative = elastic_map(bulk - 2.0_wp*modulus/3.0_wp, modulus)
   end subroutine elastic_update

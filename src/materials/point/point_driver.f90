@@ -1,18 +1,26 @@
 !> One material point under mixed control: a laboratory test on a law.
 !>
-!> In each step the incremental deformation gradient f is sought for which every control (qsmpm_point_control) has its
+!> In each step the incremental deformation gradient f is sought for which every control has its
 !> value. Newton's method uses the law's consistent tangent; controls that are linear in f hold from the first full
 !> correction on. A law whose tangent is not the consistent one takes more corrections, and gets them.
+!>
+!> What leads one material point through a step: as many controls as the incremental deformation gradient f has packed
+!> components, each a wanted value of
+!>   a sum of components of the whole gradient F = f F0, the volume ratio det F, or a sum of components of the Cauchy
+!>   stress.
+!> Here are the misfit of a control and its derivative with respect to f, for which the law's tangent A = dQ/df gives
+!>   d(sigma) = (A:df f^T + Q df^T)/det f - sigma tr(df f^-1).
 module qsmpm_point_driver
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
   use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, status_unrecoverable, tangent_consistent
-  use qsmpm_point_control, only: control_type, control_misfit, control_jacobian, control_stress
-  use qsmpm_tensor, only: determinant, unpack_gradient, pack_gradient, gradient_size, stress_size, identity
+  use qsmpm_tensor, only: determinant, unpack_gradient, pack_gradient, gradient_size, stress_size, identity, inverse, &
+    unpack_symmetric, gradient_row, gradient_column
   implicit none
   private
 
-  public :: point_type, start_point, prepare_point, control_point
+  public :: point_type, start_point, prepare_point, control_point, control_type, control_value, control_misfit, &
+    control_jacobian
 
   !> Newton corrections and halvings of one.
   integer, parameter :: max_iterations = 60, max_halvings = 12
@@ -37,6 +45,18 @@ module qsmpm_point_driver
     !> Whether the point yielded in the last step.
     logical :: plastic = .false.
   end type point_type
+
+  !> What is controlled.
+  integer, parameter, public :: control_gradient = 1, control_volume = 2, control_stress = 3
+
+  !> One control.
+  type :: control_type
+    integer :: kind = control_gradient
+    !> Weights of the components in the order of packed gradients; a stress is that of the same row and column.
+    real(wp) :: weight(9) = 0.0_wp
+    !> Wanted at the end of the step.
+    real(wp) :: value = 0.0_wp
+  end type control_type
 
 contains
 
@@ -121,7 +141,8 @@ contains
     integer, intent(out) :: iterations
     !> Set when it does not arrive.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: misfit(size(controls)), jacobian(size(controls), size(controls)), before(size(controls)), goal
+    real(wp) :: misfit(size(controls)), jacobian(size(controls), size(controls)), before(size(controls)), &
+      left(size(controls)), goal
     integer :: iteration, halving
 
     call law%update(batch, tangent_consistent)
@@ -141,7 +162,9 @@ contains
         call law%update(batch, tangent_consistent)
         if (batch%status(1) == status_unrecoverable) exit
         if (batch%status(1) /= status_ok) cycle
-        if (scaled_misfit(law, controls, batch, start) < goal) exit
+        call control_misfit(controls, batch, start, left)
+        where (controls%kind == control_stress) left = left/law%stiffness_scale
+        if (norm2(left) < goal) exit
       end do
     end do
     call report_failure(batch, error)
@@ -205,21 +228,6 @@ contains
     end do
   end subroutine scale_rows
 
-  !> Size of the misfits, those of stresses over the stiffness.
-  pure real(wp) function scaled_misfit(law, controls, batch, start)
-    class(law_type), intent(in) :: law
-    type(control_type), intent(in) :: controls(:)
-    !> The point, updated.
-    type(batch_type), intent(in) :: batch
-    !> Deformation gradient at the start (3,3).
-    real(wp), intent(in) :: start(3, 3)
-    real(wp) :: misfit(size(controls))
-
-    call control_misfit(controls, batch, start, misfit)
-    where (controls%kind == control_stress) misfit = misfit/law%stiffness_scale
-    scaled_misfit = norm2(misfit)
-  end function scaled_misfit
-
   !> Gauss elimination with row exchange; the right-hand side becomes the solution.
   pure subroutine solve_dense(a, b)
     !> Matrix (n,n), destroyed.
@@ -247,4 +255,97 @@ contains
       b(i) = (b(i) - dot_product(a(i, i + 1:), b(i + 1:)))/a(i, i)
     end do
   end subroutine solve_dense
+
+  !> Present value of what is controlled.
+  pure real(wp) function control_value(control, whole, stress) result(value)
+    type(control_type), intent(in) :: control
+    !> Deformation gradient at the end (3,3); Cauchy stress at the end (4 or 6).
+    real(wp), intent(in) :: whole(3, 3), stress(:)
+    real(wp) :: tensor(3, 3)
+    integer :: i, d
+
+    if (control%kind == control_volume) then
+      value = determinant(whole)
+      return
+    end if
+    value = 0.0_wp
+    d = merge(3, 2, size(stress) == 6)
+    tensor = whole
+    if (control%kind == control_stress) tensor = unpack_symmetric(stress)
+    do i = 1, gradient_size(d)
+      value = value + control%weight(i)*tensor(gradient_row(i, d), gradient_column(i, d))
+    end do
+  end function control_value
+
+  !> Values less those wanted.
+  pure subroutine control_misfit(controls, batch, start, misfit)
+    !> The controls (5 or 9).
+    type(control_type), intent(in) :: controls(:)
+    !> The point, updated.
+    type(batch_type), intent(in) :: batch
+    !> Deformation gradient at the start of the step (3,3).
+    real(wp), intent(in) :: start(3, 3)
+    !> Misfits, each in the unit of its control.
+    real(wp), intent(out) :: misfit(:)
+    real(wp) :: whole(3, 3)
+    integer :: i
+
+    whole = matmul(unpack_gradient(batch%gradient(:, 1)), start)
+    do i = 1, size(controls)
+      misfit(i) = control_value(controls(i), whole, batch%stress(:, 1)) - controls(i)%value
+    end do
+  end subroutine control_misfit
+
+  !> Derivatives of the values: (control, component of f).
+  pure subroutine control_jacobian(controls, batch, start, jacobian)
+    !> The controls (5 or 9).
+    type(control_type), intent(in) :: controls(:)
+    !> The point, updated with its consistent tangent.
+    type(batch_type), intent(in) :: batch
+    !> Deformation gradient at the start of the step (3,3).
+    real(wp), intent(in) :: start(3, 3)
+    !> The derivatives.
+    real(wp), intent(out) :: jacobian(:, :)
+    real(wp) :: f(3, 3), f_inverse(3, 3), weights(3, 3), change(3, 3), det, ratio
+    integer :: i, j, k, l, d
+
+    d = merge(3, 2, size(controls) == 9)
+    f = unpack_gradient(batch%gradient(:, 1))
+    det = determinant(f)
+    f_inverse = inverse(f, det)
+    ratio = det*determinant(start)
+    do j = 1, size(controls)
+      k = gradient_row(j, d)
+      l = gradient_column(j, d)
+      change = stress_change(batch, f, det, f_inverse, j, k, l)
+      do i = 1, size(controls)
+        weights = unpack_gradient(controls(i)%weight(:size(controls)))
+        select case (controls(i)%kind)
+        case (control_gradient)
+          jacobian(i, j) = dot_product(weights(k, :), start(l, :))
+        case (control_volume)
+          jacobian(i, j) = ratio*f_inverse(l, k)
+        case default
+          jacobian(i, j) = sum(weights*change)
+        end select
+      end do
+    end do
+  end subroutine control_jacobian
+
+  !> Derivative of the Cauchy stress with respect to component j of f, at row k and column l.
+  pure function stress_change(batch, f, det, f_inverse, j, k, l) result(change)
+    !> The point, updated with its consistent tangent.
+    type(batch_type), intent(in) :: batch
+    !> f, its determinant and its inverse.
+    real(wp), intent(in) :: f(3, 3), det, f_inverse(3, 3)
+    !> The component.
+    integer, intent(in) :: j, k, l
+    real(wp) :: change(3, 3), q(3, 3), dq(3, 3)
+
+    q = unpack_gradient(batch%piola(:, 1))
+    dq = unpack_gradient(batch%tangent(:, j, 1))
+    change = matmul(dq, transpose(f))
+    change(:, k) = change(:, k) + q(:, l)
+    change = change/det - f_inverse(l, k)*unpack_symmetric(batch%stress(:, 1))
+  end function stress_change
 end module qsmpm_point_driver

@@ -1,7 +1,7 @@
 !> Strain increment and rotation of a step, as a soil model is given them, and their derivative.
 !>
 !> G = (F - I) ((F + I)/2)^-1 is the displacement gradient on the mid configuration (Hughes and Winget 1980). Its
-!> skew part turns by R = R_h R_h, R_h the half rotation of qsmpm_midpoint_rotation; R turns the tensors of the
+!> skew part turns by R = R_h R_h, R_h the half rotation of qsmpm_jaumann_increment; R turns the tensors of the
 !> start to the frame at the end of the step. The strain increment is brought to that frame too, by R_h, so that
 !> everything a model is given is in one frame, a step is of second order, and an isotropic model answers as if
 !> half of the rotation came before and half after the strain increment.
@@ -14,7 +14,7 @@
 !> it leaves out W (C : e) - (C : e) W - C : (W e - e W), as small as the strain increment.
 module qsmpm_step_turn
   use qsmpm_kinds, only: wp
-  use qsmpm_midpoint_rotation, only: half_rotation, rotation_jacobian, axial
+  use qsmpm_jaumann_increment, only: half_rotation, rotation_jacobian, axial
   use qsmpm_jaumann_solid, only: spin_columns, by_gradient, product_of, full, contract, piola_tangent
   use qsmpm_tensor, only: cofactor, identity
   implicit none

@@ -116,23 +116,13 @@ contains
     if (.not. allocated(error)) call inquire(model, error)
     if (allocated(error)) return
     call name_states(user, model%user%states, names)
-    call take_names(names, model)
-  end subroutine make_udsm
-
-  !> Names of the state variables, behind that of the pore pressure.
-  subroutine take_names(names, model)
-    !> Names of the model's own (states).
-    type(string_type), intent(in) :: names(:)
-    type(udsm_type), intent(inout) :: model
-    integer :: i
-
-    if (.not. model%user%shows_state) return
+    if (.not. user%shows_state) return
     allocate (model%state_names(model%state_count))
     if (model%before > 0) model%state_names(1)%text = 'excess_pore_pressure'
-    do i = 1, size(names)
-      model%state_names(model%before + i)%text = names(i)%text
+    do n = 1, size(names)
+      model%state_names(model%before + n)%text = names(n)%text
     end do
-  end subroutine take_names
+  end subroutine make_udsm
 
   !> Tasks 4, 5 and the first task 1.
   subroutine inquire(model, error)
@@ -226,7 +216,13 @@ contains
       response%message = 'the model asks for a stop, iAbort = '//integer_text(int(arguments%abort))
       return
     end if
-    call take_stress(self, arguments, stress, state, response)
+    stress = arguments%sig(place)
+    state(self%before + 1:self%state_count) = arguments%stvar
+    response%plastic = arguments%plastic /= 0
+    if (self%before > 0) then
+      state(1) = -arguments%swp
+      stress(1:3) = stress(1:3) + arguments%swp
+    end if
     wants_elastic = increment%elastic_tangent .or. self%user%tangent == model_tangent_elastic
     if (increment%wants_tangent .and. .not. wants_elastic) then
       if (self%user%tangent == model_tangent_numerical) then
@@ -249,22 +245,6 @@ contains
     d = reshape(arguments%d, [6, 6])
     response%tangent = d(place, place)
   end subroutine take_tangent
-
-  !> Stress and state at the end.
-  pure subroutine take_stress(self, arguments, stress, state, response)
-    class(udsm_type), intent(in) :: self
-    type(udsm_call_type), intent(in) :: arguments
-    !> Cauchy stress (6) and state (state_count).
-    real(wp), intent(inout) :: stress(6), state(:)
-    type(soil_response_type), intent(inout) :: response
-
-    stress = arguments%sig(place)
-    state(self%before + 1:self%state_count) = arguments%stvar
-    response%plastic = arguments%plastic /= 0
-    if (self%before == 0) return
-    state(1) = -arguments%swp
-    stress(1:3) = stress(1:3) + arguments%swp
-  end subroutine take_stress
 
   !> What the model is given in every task.
   subroutine prepare(self, increment, stress, water, room, arguments)

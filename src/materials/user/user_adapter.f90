@@ -74,6 +74,7 @@ contains
     real(wp), intent(inout), target :: room(:)
     type(soil_response_type), intent(inout) :: response
     integer(c_int) :: what, saved, unused
+    character(len=:), allocatable :: damage
 
     saved = -1
     if (adapter%user%silent) then
@@ -85,21 +86,6 @@ contains
       if (.not. model_abandoned()) flush (output_unit)
       unused = silence(saved)
     end if
-    call check_call(adapter, what, sizes, names, room, response)
-  end subroutine call_model
-
-  !> A model that has not returned, or has written beyond its arrays, is broken.
-  subroutine check_call(adapter, what, sizes, names, room, response)
-    class(adapter_type), intent(in) :: adapter
-    !> What guarded_call has returned.
-    integer(c_int), intent(in) :: what
-    !> As of call_model.
-    integer, intent(in) :: sizes(:)
-    character(len=*), intent(in) :: names(:)
-    real(wp), intent(in) :: room(:)
-    type(soil_response_type), intent(inout) :: response
-    character(len=:), allocatable :: damage
-
     if (what /= 0) then
       response%message = guard_words(what)
     else
@@ -111,7 +97,7 @@ contains
     end if
     response%status = status_unrecoverable
     response%message = response%message//', library '//adapter%user%library
-  end subroutine check_call
+  end subroutine call_model
 
   !> A model that has changed an argument which only tells it something is broken: what it returns does not belong to
   !> what it was asked.

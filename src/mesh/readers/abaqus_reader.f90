@@ -1,14 +1,13 @@
 !> Reader of the mesh in an Abaqus input file: *NODE, *ELEMENT, *NSET, *ELSET, *SURFACE.
 !>
-!> Node orders and face numbers are Abaqus' own, which are those of this program. Keyword lines are
-!> `qsmpm_abaqus_cards`, sets and surfaces `qsmpm_abaqus_sets`.
+!> Node orders and face numbers are Abaqus' own, which are those of this program. Keyword lines, sets and surfaces are
+!> `qsmpm_abaqus_cards`.
 module qsmpm_abaqus_reader
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: split, stripped, integer_text
   use qsmpm_text_file, only: open_text, next_line, file_error, word_label, word_real
   use qsmpm_element, only: node_count
-  use qsmpm_abaqus_cards, only: abaqus_file_type, start_card
-  use qsmpm_abaqus_sets, only: open_card_set, take_set, take_surface
+  use qsmpm_abaqus_cards, only: abaqus_file_type, start_card, open_card_set, take_set, take_surface
   use qsmpm_raw_mesh, only: of_nodes, of_cells, start_raw, add_node, add_cell, append_labels, raw_mesh_error
   implicit none
   private

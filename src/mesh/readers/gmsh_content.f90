@@ -2,14 +2,25 @@
 !>
 !> In MSH 2.2 an element carries the number of one physical group and is written again for another
 !> one; in MSH 4.1 it belongs to an entity and the entity to any number of groups.
+!>
+!> The element types of gmsh: their kinds here, their counts, and the order of their nodes.
+!>
+!> gmsh numbers the mid nodes of tetrahedra, bricks and wedges of second order in its own way (gmsh
+!> reference manual, node ordering); the other types have our order.
+!>
+!> Lines of gmsh files: so many words or whole numbers, counts that can be, ends of sections.
 module qsmpm_gmsh_content
-  use qsmpm_element, only: max_nodes
-  use qsmpm_gmsh_elements, only: gmsh_type_type
+  use qsmpm_element, only: max_nodes, tet10, hex20, wedge15, node_count, corner_count, local_dimension
   use qsmpm_raw_mesh, only: raw_mesh_type
+  use qsmpm_element_kinds, only: elements
+  use qsmpm_kinds, only: long
+  use qsmpm_text, only: string_type, integer_text
+  use qsmpm_text_file, only: text_file_type, next_words, bytes_left, file_error, word_integer
   implicit none
   private
 
-  public :: gmsh_file_type, group_type, entity_type, room_for_elements, keep_element, is_member
+  public :: gmsh_file_type, group_type, entity_type, is_member, gmsh_type_type, gmsh_type, gmsh_places, read_end, &
+    words_of_line, numbers_of_line, check_count
 
   !> A named physical group.
   type :: group_type
@@ -23,16 +34,24 @@ module qsmpm_gmsh_content
     integer, allocatable :: groups(:)
   end type entity_type
 
-  !> Elements of every dimension.
-  type :: element_list_type
-    integer :: count = 0
-    !> Label, element kind (0 for points and lines), dimension, corners and line of each element.
-    integer, allocatable :: label(:), kind(:), dimension(:), corners(:), line(:)
-    !> Number of the physical group (2.2) or place of the entity (4.1), 0 for none.
-    integer, allocatable :: owner(:)
-    !> Node labels, those of cells in the order of this program (max_nodes, elements).
-    integer, allocatable :: nodes(:, :)
-  end type element_list_type
+  !> What a type number means.
+  type :: gmsh_type_type
+    !> Element kind, 0 for points and lines.
+    integer :: kind = 0
+    !> Dimension; -1 when the type is not known.
+    integer :: dimension = -1
+    integer :: nodes = 0
+    integer :: corners = 0
+  end type gmsh_type_type
+
+  !> An element.
+  type, extends(gmsh_type_type) :: element_type
+    integer :: label = 0
+    !> Number of the physical group (2.2) or place of the entity (4.1), 0 for none; line of the file.
+    integer :: owner = 0, line = 0
+    !> Labels of the nodes, those of cells in the order of this program.
+    integer :: node(max_nodes) = 0
+  end type element_type
 
   !> The file, the raw mesh that it becomes, and its groups, entities and elements.
   type, extends(raw_mesh_type) :: gmsh_file_type
@@ -40,43 +59,12 @@ module qsmpm_gmsh_content
     logical :: new_format = .false.
     type(group_type), allocatable :: groups(:)
     type(entity_type), allocatable :: entities(:)
-    type(element_list_type) :: elements
+    !> Elements of every dimension, and how many have been read.
+    integer :: element_count = 0
+    type(element_type), allocatable :: elements(:)
   end type gmsh_file_type
 
 contains
-
-  !> Make room for elements.
-  pure subroutine room_for_elements(list, count)
-    type(element_list_type), intent(inout) :: list
-    !> Number of elements of the file.
-    integer, intent(in) :: count
-
-    allocate (list%label(count), list%kind(count), list%dimension(count), list%corners(count), list%line(count), &
-      list%owner(count))
-    allocate (list%nodes(max_nodes, count), source=0)
-  end subroutine room_for_elements
-
-  !> Append an element.
-  pure subroutine keep_element(list, label, meaning, owner, nodes, line)
-    !> The list, with room for it.
-    type(element_list_type), intent(inout) :: list
-    !> Label of the element.
-    integer, intent(in) :: label
-    type(gmsh_type_type), intent(in) :: meaning
-    !> Group or entity; node labels; line of the file.
-    integer, intent(in) :: owner, nodes(:), line
-
-    list%count = list%count + 1
-    associate (n => list%count)
-      list%label(n) = label
-      list%kind(n) = meaning%kind
-      list%dimension(n) = meaning%dimension
-      list%corners(n) = meaning%corners
-      list%owner(n) = owner
-      list%line(n) = line
-      list%nodes(:size(nodes), n) = nodes
-    end associate
-  end subroutine keep_element
 
   !> True when an element belongs to a physical group.
   pure logical function is_member(file, element, group)
@@ -85,8 +73,8 @@ contains
     integer, intent(in) :: element
     type(group_type), intent(in) :: group
 
-    associate (owner => file%elements%owner(element))
-      is_member = file%elements%dimension(element) == group%dimension .and. owner > 0
+    associate (owner => file%elements(element)%owner)
+      is_member = file%elements(element)%dimension == group%dimension .and. owner > 0
       if (.not. is_member) return
       if (file%new_format) then
         is_member = any(file%entities(owner)%groups == group%number)
@@ -95,4 +83,108 @@ contains
       end if
     end associate
   end function is_member
+
+  !> Meaning of a type number.
+  pure type(gmsh_type_type) function gmsh_type(number) result(meaning)
+    !> Number in the file.
+    integer, intent(in) :: number
+
+    select case (number)
+    case (15)
+      meaning = gmsh_type_type(dimension=0, nodes=1, corners=1)
+    case (1)
+      meaning = gmsh_type_type(dimension=1, nodes=2, corners=2)
+    case (8)
+      meaning = gmsh_type_type(dimension=1, nodes=3, corners=2)
+    case default
+      meaning%kind = findloc(elements%gmsh, number, dim=1)
+      if (meaning%kind == 0) return
+      meaning%dimension = local_dimension(meaning%kind)
+      meaning%nodes = node_count(meaning%kind)
+      meaning%corners = corner_count(meaning%kind)
+    end select
+  end function gmsh_type
+
+  !> Where in the file's order each node of ours stands.
+  pure function gmsh_places(kind) result(places)
+    !> Element kind.
+    integer, intent(in) :: kind
+    integer :: places(node_count(kind)), i
+
+    places = [(i, i=1, node_count(kind))]
+    select case (kind)
+    case (tet10)
+      places(9:10) = [10, 9]
+    case (hex20)
+      places(9:20) = [9, 12, 14, 10, 17, 19, 20, 18, 11, 13, 15, 16]
+    case (wedge15)
+      places(7:15) = [7, 10, 8, 13, 15, 14, 9, 11, 12]
+    end select
+  end function gmsh_places
+
+  !> The line that closes a section.
+  subroutine read_end(file, line)
+    class(text_file_type), intent(inout) :: file
+    !> The line that must come.
+    character(len=*), intent(in) :: line
+    type(string_type), allocatable :: words(:)
+    logical :: more, good
+
+    call next_words(file, words, more)
+    good = size(words) == 1
+    if (good) good = words(1)%text == line
+    if (.not. good) call file_error(file, 'here should be '//line)
+  end subroutine read_end
+
+  !> Words of the next line, at least so many.
+  subroutine words_of_line(file, least, what, words)
+    class(text_file_type), intent(inout) :: file
+    !> Least number of words.
+    integer, intent(in) :: least
+    !> What the line is to hold, for the message.
+    character(len=*), intent(in) :: what
+    !> The words; older ones are dropped.
+    type(string_type), allocatable, intent(inout) :: words(:)
+    logical :: more
+
+    call next_words(file, words, more)
+    if (.not. more) then
+      call file_error(file, what//' is incomplete: the file ends')
+    else if (size(words) < least) then
+      call file_error(file, what//' is incomplete: it takes '//integer_text(least)//' words')
+    end if
+  end subroutine words_of_line
+
+  !> Words of the next line as whole numbers, at least so many; zeros where that is wrong.
+  subroutine numbers_of_line(file, least, what, numbers)
+    class(text_file_type), intent(inout) :: file
+    !> Least number of numbers.
+    integer, intent(in) :: least
+    !> What the line is to hold, for the message.
+    character(len=*), intent(in) :: what
+    integer, allocatable, intent(out) :: numbers(:)
+    type(string_type), allocatable :: words(:)
+    integer :: i
+
+    call words_of_line(file, least, what, words)
+    allocate (numbers(max(least, size(words))), source=0)
+    do i = 1, size(words)
+      call word_integer(file, words(i)%text, numbers(i))
+    end do
+    if (allocated(file%error)) numbers = 0
+  end subroutine numbers_of_line
+
+  !> A number of entries must be one that the rest of the file can hold; 0 where it is not.
+  subroutine check_count(file, count, what)
+    class(text_file_type), intent(inout) :: file
+    !> The number the file announces.
+    integer, intent(inout) :: count
+    !> What is counted.
+    character(len=*), intent(in) :: what
+
+    ! An entry takes a digit and a line end at least.
+    if (count < 0 .or. int(count, long) > bytes_left(file)/2 + 1) call file_error(file, &
+      integer_text(count)//' '//what//' cannot be: the file is too short')
+    if (allocated(file%error)) count = 0
+  end subroutine check_count
 end module qsmpm_gmsh_content

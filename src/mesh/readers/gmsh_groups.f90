@@ -33,7 +33,7 @@ contains
     integer, allocatable :: first(:)
     integer :: highest, g
 
-    highest = maxval(file%elements%dimension(:file%elements%count))
+    highest = maxval(file%elements(:file%element_count)%dimension)
     if (highest < 2) then
       call raw_mesh_error(file, 0, 'the file has no plane or solid elements')
       return
@@ -58,19 +58,19 @@ contains
     integer :: e, i, n
 
     associate (elements => file%elements)
-      first = [(e, e=1, elements%count)]
+      first = [(e, e=1, file%element_count)]
       if (file%new_format) return
-      allocate (key(8, elements%count), order(elements%count))
+      allocate (key(8, file%element_count), order(file%element_count))
       key = 0
-      do e = 1, elements%count
-        n = elements%corners(e)
-        if (elements%dimension(e) /= highest) cycle
-        key(:n, e) = elements%nodes(:n, e)
+      do e = 1, file%element_count
+        n = elements(e)%corners
+        if (elements(e)%dimension /= highest) cycle
+        key(:n, e) = elements(e)%node(:n)
         call sort(key(:, e))
       end do
       call order_columns(key, order)
       do i = 2, size(order)
-        if (elements%dimension(order(i)) /= highest) cycle
+        if (elements(order(i))%dimension /= highest) cycle
         if (all(key(:, order(i)) == key(:, order(i - 1)))) first(order(i)) = first(order(i - 1))
       end do
     end associate
@@ -84,9 +84,9 @@ contains
     integer :: e
 
     associate (elements => file%elements)
-      do e = 1, elements%count
-        if (elements%dimension(e) == highest .and. first(e) == e) call add_cell(file, elements%label(e), &
-          elements%kind(e), elements%nodes(:node_count(elements%kind(e)), e), elements%line(e))
+      do e = 1, file%element_count
+        if (elements(e)%dimension == highest .and. first(e) == e) call add_cell(file, elements(e)%label, &
+          elements(e)%kind, elements(e)%node(:node_count(elements(e)%kind)), elements(e)%line)
       end do
     end associate
   end subroutine take_cells
@@ -102,12 +102,12 @@ contains
       call open_set(file%sets(of_nodes)%list, group%name, node_set)
       cell_set = 0
       if (group%dimension == highest) call open_set(file%sets(of_cells)%list, group%name, cell_set)
-      do e = 1, elements%count
+      do e = 1, file%element_count
         if (.not. is_member(file, e, group)) cycle
-        n = count(elements%nodes(:, e) > 0)
-        call append_labels(file%sets(of_nodes)%list(node_set), elements%nodes(:n, e), 0, spread(elements%line(e), 1, n))
-        if (cell_set > 0) call append_labels(file%sets(of_cells)%list(cell_set), [elements%label(first(e))], 0, &
-          [elements%line(e)])
+        n = count(elements(e)%node > 0)
+        call append_labels(file%sets(of_nodes)%list(node_set), elements(e)%node(:n), 0, spread(elements(e)%line, 1, n))
+        if (cell_set > 0) call append_labels(file%sets(of_cells)%list(cell_set), [elements(first(e))%label], 0, &
+          [elements(e)%line])
       end do
     end associate
   end subroutine take_group
@@ -124,12 +124,12 @@ contains
     allocate (owner(2, max_faces*file%cell_count))
     n = 0
     do c = 1, file%cell_count
-      do f = 1, face_count(file%cell_kind(c))
+      do f = 1, face_count(file%cells(c)%kind)
         n = n + 1
-        k = face_corner_count(file%cell_kind(c), f)
-        corners(:k, n) = file%connectivity(face_corners(file%cell_kind(c), f), c)
+        k = face_corner_count(file%cells(c)%kind, f)
+        corners(:k, n) = file%cells(c)%nodes(face_corners(file%cells(c)%kind, f))
         call sort(corners(:, n))
-        owner(:, n) = [file%cell_label(c), f]
+        owner(:, n) = [file%cells(c)%label, f]
       end do
     end do
     allocate (order(n))
@@ -151,10 +151,10 @@ contains
     stray = 0
     set = 0
     associate (elements => file%elements, group => file%groups(number))
-      do e = 1, elements%count
+      do e = 1, file%element_count
         if (.not. is_member(file, e, group)) cycle
         key = 0
-        key(:elements%corners(e)) = elements%nodes(:elements%corners(e), e)
+        key(:elements(e)%corners) = elements(e)%node(:elements(e)%corners)
         call sort(key)
         i = first_face(table, key)
         if (i == 0) then
@@ -163,14 +163,14 @@ contains
         end if
         if (set == 0) call open_set(file%sets(of_faces)%list, group%name, set)
         do
-          call append_labels(file%sets(of_faces)%list(set), table%owner(1:1, i), table%owner(2, i), [elements%line(e)])
+          call append_labels(file%sets(of_faces)%list(set), table%owner(1:1, i), table%owner(2, i), [elements(e)%line])
           i = i + 1
           if (i > size(table%owner, 2)) exit
           if (any(table%corners(:, i) /= key)) exit
         end do
       end do
-      if (stray > 0 .and. set > 0) call raw_mesh_error(file, elements%line(stray), "surface '"//group%name// &
-        "': element "//integer_text(elements%label(stray))//' is no face of a cell')
+      if (stray > 0 .and. set > 0) call raw_mesh_error(file, elements(stray)%line, "surface '"//group%name// &
+        "': element "//integer_text(elements(stray)%label)//' is no face of a cell')
     end associate
   end subroutine take_surface
 

@@ -34,8 +34,8 @@ contains
 
     if (raw%cell_count == 0) call raw_mesh_error(raw, 0, 'the mesh has no elements')
     if (.not. allocated(raw%error)) then
-      call sort_labels(raw, raw%node_label(:raw%node_count), raw%node_line, 'node', nodes)
-      call sort_labels(raw, raw%cell_label(:raw%cell_count), raw%cell_line, 'element', cells)
+      call sort_labels(raw, raw%nodes(:raw%node_count)%label, raw%nodes%line, 'node', nodes)
+      call sort_labels(raw, raw%cells(:raw%cell_count)%label, raw%cells%line, 'element', cells)
       call choose_dimension(raw, mesh)
       call take_cells(raw, nodes, mesh)
     end if
@@ -74,11 +74,12 @@ contains
     type(mesh_type), intent(inout) :: mesh
     integer :: c
 
-    mesh%dimension = local_dimension(raw%cell_kind(1))
+    mesh%dimension = local_dimension(raw%cells(1)%kind)
     do c = 1, raw%cell_count
-      if (local_dimension(raw%cell_kind(c)) /= mesh%dimension) call raw_mesh_error(raw, raw%cell_line(c), 'element '// &
-        integer_text(raw%cell_label(c))//' ('//element_name(raw%cell_kind(c))// &
-        '): the mesh mixes plane and solid elements')
+      associate (cell => raw%cells(c))
+        if (local_dimension(cell%kind) /= mesh%dimension) call raw_mesh_error(raw, cell%line, 'element '// &
+          integer_text(cell%label)//' ('//element_name(cell%kind)//'): the mesh mixes plane and solid elements')
+      end associate
     end do
   end subroutine choose_dimension
 
@@ -91,17 +92,17 @@ contains
     integer :: c, k, n, place
 
     mesh%cell_count = raw%cell_count
-    mesh%cell_kind = raw%cell_kind(:raw%cell_count)
-    mesh%cell_label = raw%cell_label(:raw%cell_count)
+    mesh%cell_kind = raw%cells(:raw%cell_count)%kind
+    mesh%cell_label = raw%cells(:raw%cell_count)%label
     allocate (mesh%cell_first(raw%cell_count + 1), mesh%cell_nodes(sum(node_count(mesh%cell_kind))))
     mesh%cell_first(1) = 1
     do c = 1, raw%cell_count
-      n = node_count(raw%cell_kind(c))
+      n = node_count(raw%cells(c)%kind)
       mesh%cell_first(c + 1) = mesh%cell_first(c) + n
       do k = 1, n
-        place = place_in_order(nodes%labels, raw%connectivity(k, c))
-        if (place == 0) call raw_mesh_error(raw, raw%cell_line(c), 'element '//integer_text(raw%cell_label(c))// &
-          ' names node '//integer_text(raw%connectivity(k, c))//', which is not defined')
+        place = place_in_order(nodes%labels, raw%cells(c)%nodes(k))
+        if (place == 0) call raw_mesh_error(raw, raw%cells(c)%line, 'element '//integer_text(raw%cells(c)%label)// &
+          ' names node '//integer_text(raw%cells(c)%nodes(k))//', which is not defined')
         mesh%cell_nodes(mesh%cell_first(c) + k - 1) = place
       end do
     end do
@@ -125,7 +126,7 @@ contains
       if (number(i) == 0) cycle
       n = n + 1
       number(i) = n
-      mesh%coordinates(:, n) = raw%nodes(:mesh%dimension, nodes%place(i))
+      mesh%coordinates(:, n) = raw%nodes(nodes%place(i))%place(:mesh%dimension)
       mesh%node_label(n) = nodes%labels(i)
     end do
     mesh%cell_nodes = number(mesh%cell_nodes)
@@ -173,10 +174,12 @@ contains
 
     associate (set => raw%sets(kind)%list(number))
       do k = 1, set%count
-        if (set%lines(k) == 0) cycle
-        if (place_in_order(lookup%labels, set%labels(k)) == 0) call raw_mesh_error(raw, set%lines(k), "set '"// &
-          set%name//"' names "//trim(merge('node   ', 'element', kind == of_nodes))//' '// &
-          integer_text(set%labels(k))//', which is not defined')
+        associate (entry => set%entries(k))
+          if (entry%line == 0) cycle
+          if (place_in_order(lookup%labels, entry%label) == 0) call raw_mesh_error(raw, entry%line, "set '"// &
+            set%name//"' names "//trim(merge('node   ', 'element', kind == of_nodes))//' '// &
+            integer_text(entry%label)//', which is not defined')
+        end associate
       end do
     end associate
   end subroutine require_labels
@@ -194,7 +197,7 @@ contains
     allocate (found(set%count))
     n = 0
     do k = 1, set%count
-      place = place_in_order(lookup%labels, set%labels(k))
+      place = place_in_order(lookup%labels, set%entries(k)%label)
       if (place == 0) cycle
       n = n + 1
       found(n) = lookup%place(place)
@@ -218,7 +221,7 @@ contains
       call require_faces(raw, s, cells)
       if (allocated(raw%error)) return
       associate (set => raw%sets(of_faces)%list(s))
-        faces = reshape([(cells%place(place_in_order(cells%labels, set%labels(k))), set%faces(k), &
+        faces = reshape([(cells%place(place_in_order(cells%labels, set%entries(k)%label)), set%entries(k)%face, &
           k=1, set%count)], [2, set%count])
         order = [(k, k=1, set%count)]
         call order_columns(faces, order)
@@ -242,10 +245,10 @@ contains
     if (allocated(raw%error)) return
     associate (set => raw%sets(of_faces)%list(number))
       do k = 1, set%count
-        kind = raw%cell_kind(cells%place(place_in_order(cells%labels, set%labels(k))))
-        if (set%faces(k) > face_count(kind)) call raw_mesh_error(raw, set%lines(k), "surface '"//set%name// &
-          "': element "//integer_text(set%labels(k))//' ('//element_name(kind)//') has no face S'// &
-          integer_text(set%faces(k)))
+        kind = raw%cells(cells%place(place_in_order(cells%labels, set%entries(k)%label)))%kind
+        if (set%entries(k)%face > face_count(kind)) call raw_mesh_error(raw, set%entries(k)%line, "surface '"// &
+          set%name//"': element "//integer_text(set%entries(k)%label)//' ('//element_name(kind)//') has no face S'// &
+          integer_text(set%entries(k)%face))
       end do
     end associate
   end subroutine require_faces

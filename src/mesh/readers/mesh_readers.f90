@@ -1,4 +1,9 @@
 !> The interface to mesh files.
+!>
+!> Meshes written in the deck itself.
+!>
+!> One element kind, nodes and elements by label. Repeated labels and unknown nodes are errors,
+!> nodes of no element are dropped (`qsmpm_mesh_from_labels`).
 module qsmpm_mesh_readers
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_mesh, only: mesh_type
@@ -7,10 +12,14 @@ module qsmpm_mesh_readers
   use qsmpm_gmsh_reader, only: read_gmsh
   use qsmpm_abaqus_cards, only: abaqus_file_type
   use qsmpm_abaqus_reader, only: read_abaqus
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: node_count, element_name
+  use qsmpm_raw_mesh, only: raw_mesh_type, start_raw, add_node, add_cell
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
-  public :: read_mesh
+  public :: read_mesh, inline_mesh
 
 contains
 
@@ -36,4 +45,36 @@ contains
       call fail(error, error_deck, 'mesh format '//format//' is not known (GMSH, ABAQUS)')
     end select
   end subroutine read_mesh
+
+  !> A mesh of one element kind from labels and coordinates.
+  subroutine inline_mesh(kind, node_labels, nodes, element_labels, connectivity, mesh, error)
+    !> Element kind.
+    integer, intent(in) :: kind
+    integer, intent(in) :: node_labels(:)
+    !> Their coordinates (3, nodes); in the plane z is not looked at.
+    real(wp), intent(in) :: nodes(:, :)
+    integer, intent(in) :: element_labels(:)
+    !> Node labels (nodes per element, elements).
+    integer, intent(in) :: connectivity(:, :)
+    !> The mesh without its neighbour tables.
+    type(mesh_type), intent(out) :: mesh
+    !> Repeated or unknown labels, no elements, a wrong number of nodes.
+    type(error_type), allocatable, intent(out) :: error
+    type(raw_mesh_type) :: raw
+    integer :: i
+
+    if (size(connectivity, 1) /= node_count(kind) .and. size(element_labels) > 0) then
+      call fail(error, error_deck, 'an element '//element_name(kind)//' has '// &
+        integer_text(node_count(kind))//' nodes, not '//integer_text(size(connectivity, 1)))
+      return
+    end if
+    call start_raw(raw, size(node_labels), size(element_labels))
+    do i = 1, size(node_labels)
+      call add_node(raw, node_labels(i), nodes(:, i), 0)
+    end do
+    do i = 1, size(element_labels)
+      call add_cell(raw, element_labels(i), kind, connectivity(:, i), 0)
+    end do
+    call mesh_from_labels(raw, mesh, error)
+  end subroutine inline_mesh
 end module qsmpm_mesh_readers

@@ -16,12 +16,16 @@ module qsmpm_raw_mesh
   !> Kinds of sets.
   integer, parameter, public :: of_nodes = 1, of_cells = 2, of_faces = 3
 
+  !> An entry of a set: label, local face (0 for nodes and cells), line (0 for a label that need not exist).
+  type :: entry_type
+    integer :: label = 0, face = 0, line = 0
+  end type entry_type
+
   !> A named list of labels, or of faces (label of the cell and local face).
   type :: label_set_type
     character(len=:), allocatable :: name
     integer :: count = 0
-    !> Labels; local faces, 0 for nodes and cells; lines, 0 for a label that need not exist.
-    integer, allocatable :: labels(:), faces(:), lines(:)
+    type(entry_type), allocatable :: entries(:)
   end type label_set_type
 
   !> Sets of one kind.
@@ -29,16 +33,23 @@ module qsmpm_raw_mesh
     type(label_set_type), allocatable :: list(:)
   end type label_sets_type
 
+  type :: raw_node_type
+    integer :: label = 0, line = 0
+    real(wp) :: place(3) = 0.0_wp
+  end type raw_node_type
+
+  type :: raw_cell_type
+    integer :: label = 0, kind = 0, line = 0
+    !> Labels of the nodes in the order of this program, then zeros.
+    integer :: nodes(max_nodes) = 0
+  end type raw_cell_type
+
   !> Nodes, cells and sets by label, and the file that the lines belong to; its path is not allocated for a mesh in the
   !> deck.
   type, extends(text_file_type) :: raw_mesh_type
     integer :: node_count = 0, cell_count = 0
-    integer, allocatable :: node_label(:), node_line(:)
-    !> (3, nodes)
-    real(wp), allocatable :: nodes(:, :)
-    integer, allocatable :: cell_label(:), cell_kind(:), cell_line(:)
-    !> Node labels in the order of this program (max_nodes, cells).
-    integer, allocatable :: connectivity(:, :)
+    type(raw_node_type), allocatable :: nodes(:)
+    type(raw_cell_type), allocatable :: cells(:)
     !> Those of nodes, of cells and of faces.
     type(label_sets_type) :: sets(3)
   end type raw_mesh_type
@@ -52,8 +63,7 @@ contains
     integer, intent(in) :: nodes, cells
     integer :: kind
 
-    allocate (raw%node_label(nodes), raw%node_line(nodes), raw%nodes(3, nodes))
-    allocate (raw%cell_label(cells), raw%cell_kind(cells), raw%cell_line(cells), raw%connectivity(max_nodes, cells))
+    allocate (raw%nodes(max(1, nodes)), raw%cells(max(1, cells)))
     do kind = 1, size(raw%sets)
       allocate (raw%sets(kind)%list(0))
     end do
@@ -68,18 +78,10 @@ contains
     real(wp), intent(in) :: place(:)
     !> Line of the file.
     integer, intent(in) :: line
-    integer :: n
 
-    n = raw%node_count + 1
-    if (n > size(raw%node_label)) then
-      raw%nodes = reshape(raw%nodes, [3, 2*n], pad=[0.0_wp])
-      call lengthen(raw%node_label, 2*n)
-      call lengthen(raw%node_line, 2*n)
-    end if
-    raw%node_count = n
-    raw%node_label(n) = label
-    raw%node_line(n) = line
-    raw%nodes(:, n) = place
+    if (raw%node_count == size(raw%nodes)) raw%nodes = [raw%nodes, raw%nodes]
+    raw%node_count = raw%node_count + 1
+    raw%nodes(raw%node_count) = raw_node_type(label, line, place)
   end subroutine add_node
 
   !> Append a cell.
@@ -89,21 +91,11 @@ contains
     integer, intent(in) :: label, kind, nodes(:)
     !> Line of the file.
     integer, intent(in) :: line
-    integer :: n
 
-    n = raw%cell_count + 1
-    if (n > size(raw%cell_label)) then
-      raw%connectivity = reshape(raw%connectivity, [max_nodes, 2*n], pad=[0])
-      call lengthen(raw%cell_label, 2*n)
-      call lengthen(raw%cell_kind, 2*n)
-      call lengthen(raw%cell_line, 2*n)
-    end if
-    raw%cell_count = n
-    raw%cell_label(n) = label
-    raw%cell_kind(n) = kind
-    raw%cell_line(n) = line
-    raw%connectivity(:, n) = 0
-    raw%connectivity(:size(nodes), n) = nodes
+    if (raw%cell_count == size(raw%cells)) raw%cells = [raw%cells, raw%cells]
+    raw%cell_count = raw%cell_count + 1
+    raw%cells(raw%cell_count) = raw_cell_type(label, kind, line)
+    raw%cells(raw%cell_count)%nodes(:size(nodes)) = nodes
   end subroutine add_cell
 
   !> Place of a named set, appended when it is new.
@@ -119,7 +111,7 @@ contains
       if (sets(place)%name == name .and. len(sets(place)%name) == len(name)) return
     end do
     set%name = name
-    allocate (set%labels(8), set%faces(8), set%lines(8))
+    allocate (set%entries(8))
     sets = [sets, set]
   end subroutine open_set
 
@@ -131,28 +123,15 @@ contains
     integer, intent(in) :: face
     !> Line of each, 0 when the label need not exist.
     integer, intent(in) :: lines(:)
-    integer :: last
+    integer :: last, k
 
     last = set%count + size(labels)
-    if (last > size(set%labels)) then
-      call lengthen(set%labels, 2*last)
-      call lengthen(set%faces, 2*last)
-      call lengthen(set%lines, 2*last)
-    end if
-    set%labels(set%count + 1:last) = labels
-    set%faces(set%count + 1:last) = face
-    set%lines(set%count + 1:last) = lines
+    do while (last > size(set%entries))
+      set%entries = [set%entries, set%entries]
+    end do
+    set%entries(set%count + 1:last) = [(entry_type(labels(k), face, lines(k)), k=1, size(labels))]
     set%count = last
   end subroutine append_labels
-
-  !> Make a list longer; its entries stay.
-  pure subroutine lengthen(list, length)
-    integer, allocatable, intent(inout) :: list(:)
-    !> New length.
-    integer, intent(in) :: length
-
-    list = reshape(list, [length], pad=[0])
-  end subroutine lengthen
 
   !> Error of a mesh, with path and line when it comes from a file.
   pure subroutine raw_mesh_error(raw, line, message)

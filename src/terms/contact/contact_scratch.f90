@@ -10,11 +10,10 @@ module qsmpm_contact_scratch
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
   use qsmpm_contact_patches, only: contact_patches_type, find_patches, extent_of
-  use qsmpm_interface_strength, only: interface_strength
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_part, only: is_divided, own_of
-  use qsmpm_rigid_bodies, only: placed_bodies
+  use qsmpm_rigid_bodies, only: placed_bodies, interface_strength
   use qsmpm_rigid_pose, only: placed_shape_type, turned_along
   use qsmpm_rigid_shape, only: distance_type, face_type
   use qsmpm_space, only: shape_values_type
