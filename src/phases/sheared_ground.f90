@@ -138,8 +138,8 @@ contains
       place(:dimension) = [(total(team, sum(points%volume*points%position(i, :), mask=far)), i=1, dimension)]/moves
       text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': what gives way is "// &
         rounded_text(100.0_wp*moves/whole, 1)//' % of the ground, around ('//rounded_text(place(1))//', '// &
-        rounded_text(place(2))//'): the '//noun//' is that of this spot, where a load ends or a face has next to no '// &
-        'cohesion; more of it there, or a load that ends softly, tells that of the ground'//new_line('a')
+        rounded_text(place(2))//'): the '//noun//' is that of this spot, where a load ends or a face has next to '// &
+        'no cohesion; more of it there, or a load that ends softly, tells that of the ground'//new_line('a')
     end associate
   end function spot_text
 
