@@ -379,7 +379,7 @@ contains
         size(phase%fixities) + size(phase%supports) + size(phase%tractions) + size(phase%installed) &
         + size(phase%activations) + size(phase%deactivations) + size(phase%materials) &
         + size(phase%constant_load_test%at) + size(phase%water_levels) > 0 .or. phase%kind == phase_safety .or. &
-        phase%gravity%given .or. phase%drain_state%given
+        phase%gravity%given .or. phase%drain_state%given .or. phase%updates_strength
     end associate
   end function changes_something
 
@@ -404,6 +404,7 @@ contains
         if (rises(phase%gravity%vector)) call state%warn(phase%where, 'GRAVITY', &
           'gravity points upwards: it is the direction of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
+        if (any(phase%initial%kind == [initial_isotropic, initial_given])) cycle
         ! What is taken off is no load, but a change.
         if (.not. (is_loaded(state%analysis%phases, p) .or. p > 1 .and. changes_something(state%analysis, p))) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")

@@ -33,7 +33,7 @@ module qsmpm_phases
   use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, settle_lost_factor, &
     share_note, show_mechanism, tell_factor
   use qsmpm_seepage_notes, only: moved_note
-  use qsmpm_sheared_ground, only: sheared_note, worn_note
+  use qsmpm_sheared_ground, only: loaded_spot_note, sheared_note, worn_note
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: cause_of_end, outcome_type, tries_type, note_try
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
@@ -375,7 +375,7 @@ contains
       if (is_found(progress%limit)) call observer%tell_result("phase '"//phase%name//"': "// &
         limit_report(limit_loads(progress%limit, progress%fraction, phase%load_factor)))
       if (is_found(progress%limit)) call observer%note_lines(jump_note(phase%name, progress%limit, &
-        phase%controls%limit_compliance))
+        phase%controls%limit_compliance)//loaded_spot_note(model))
       if (progress%stopped) call observer%tell_result(text_of_stop(model, phase))
     end associate
     call switch_timer(loop%step%profile%watch, part_output)

@@ -6,20 +6,24 @@ module qsmpm_sheared_ground
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_background_in_use, only: is_at_start
+  use qsmpm_kept_arrays, only: is_kept, kept_values
   use qsmpm_model, only: model_type
+  use qsmpm_nodal_fields, only: rate_of
   use qsmpm_own_part, only: own_of
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_loads, only: waits
   use qsmpm_points, only: carries_strains
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_space, only: functions_at, shape_values_type, value_at
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_description, only: material_type
+  use qsmpm_material_traits, only: traits_of
   use qsmpm_strength_factor, only: flow_davis_a, flow_material, lower_strength, strength_factor_type
   use qsmpm_team, only: largest, total
   implicit none
   private
 
-  public :: factor_note, fallen_note, flow_notes, sheared_note, spot_note, swollen_note, worn_note
+  public :: factor_note, fallen_note, flow_notes, loaded_spot_note, sheared_note, spot_note, swollen_note, worn_note
 
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
@@ -77,19 +81,54 @@ contains
     end associate
   end function fallen_note
 
-  !> The warning where a mechanism, the way of the points from their first places, is a spot: what moves by a tenth of
-  !> the largest way is few points, and no more than a corner of the ground.
+  !> The warning where a mechanism, the way of the points from their first places, is a spot.
   function spot_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
+
+    associate (points => model%state%points)
+      text = spot_text(model, norm2(points%position - points%initial_position, dim=1), 'factor')
+    end associate
+  end function spot_note
+
+  !> The same of what the last step that was carried below a limit load has moved.
+  function loaded_spot_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    real(wp) :: way(model%state%points%count)
+    real(wp), allocatable :: rates(:, :)
+    type(shape_values_type) :: place
+    integer :: i
+
+    text = ''
+    if (.not. is_kept(model%state%kept, rate_of//'displacement')) return
+    allocate (rates, source=kept_values(model%state%kept, rate_of//'displacement'))
+    way = 0.0_wp
+    associate (points => model%state%points)
+      do i = 1, points%count
+        if (points%cell(i) == 0) cycle
+        call functions_at(model%space, model%mesh, points%cell(i), points%local(:, i), place)
+        way(i) = norm2(value_at(place, rates))
+      end do
+    end associate
+    text = spot_text(model, way, 'limit load')
+  end function loaded_spot_note
+
+  !> The warning where what moves by a tenth of the largest way is few points, and no more than a corner of the ground;
+  !> empty elsewhere.
+  function spot_text(model, way, noun) result(text)
+    type(model_type), intent(in) :: model
+    !> Of the points, and what is found by it.
+    real(wp), intent(in) :: way(:)
+    character(len=*), intent(in) :: noun
+    character(len=:), allocatable :: text
     integer, parameter :: few = 30
-    real(wp) :: way(model%state%points%count), place(3), most, moves, whole
-    logical, dimension(model%state%points%count) :: own, far
+    real(wp) :: place(3), most, moves, whole
+    logical, dimension(size(way)) :: own, far
     integer :: i
 
     text = ''
     associate (points => model%state%points, team => model%part%team, dimension => model%mesh%dimension)
-      way = norm2(points%position - points%initial_position, dim=1)
       own = own_of(model%part%points, points%count)
       most = largest(team, maxval([0.0_wp, way]))
       far = own .and. way > 0.1_wp*most
@@ -101,11 +140,11 @@ contains
       text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': the mechanism "// &
         "involves "// &
         rounded_text(100.0_wp*moves/whole, 1)//' % of the ground, around ('//rounded_text(place(1))//', '// &
-        rounded_text(place(2))//'): the factor is that of a local failure, at the edge of a load or at a face with '// &
-        'hardly any cohesion; with more cohesion there, or a gradual edge of the load, it is that of the ground'// &
+        rounded_text(place(2))//'): the '//noun//' is that of a local failure, at the edge of a load or at a face '// &
+        'with hardly any cohesion; with more cohesion there, or a gradual edge of the load, it is that of the ground'// &
         new_line('a')
     end associate
-  end function spot_note
+  end function spot_text
 
   !> How much soil has sheared how far; empty for ground that stands.
   function sheared_text(model) result(text)
@@ -202,6 +241,8 @@ contains
   function flow_notes(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
+    character(len=:), allocatable :: way
+    type(law_description_type) :: law
     logical, dimension(model%state%points%count) :: of_soil
     real(wp) :: cohesion, friction, failed, whole
     integer :: m
@@ -211,34 +252,49 @@ contains
     if (model%analysis%phases(model%state%progress%phase)%kind == phase_safety) return
     do m = 1, size(model%analysis%materials)
       associate (soil => model%analysis%materials(m), points => model%state%points, team => model%part%team)
-        if (.not. flows_otherwise(soil, cohesion, friction)) cycle
+        if (.not. flows_otherwise(soil, law, cohesion, friction)) cycle
         of_soil = own_of(model%part%points, points%count) .and. points%material == m
         failed = total(team, sum(points%volume, mask=of_soil .and. points%plastic_strain > fails))
         whole = total(team, sum(points%volume, mask=of_soil))
         if (.not. failed > much*whole) cycle
-        text = text//"material '"//soil%name//"' fails and flows at psi = "// &
-          rounded_text(soil%dilatancy_angle, 3)//' below phi = '//rounded_text(soil%friction_angle, 3)// &
-          ': its limit load is not unique; runs with psi = phi and with phi = psi = '// &
-          rounded_text(friction, 3)//', c = '//rounded_text(cohesion, 3)// &
-          ' (Davis) show the range'//new_line('a')
+        if (law%friction_angle > 0.0_wp) then
+          way = 'runs with psi = phi and with phi = psi = '//rounded_text(friction, 3)//', c = '// &
+            rounded_text(cohesion, 3)//' (Davis) show'
+        else
+          way = 'one with FLOW=ASSOCIATED shows'
+        end if
+        text = text//"material '"//soil%name//"' fails and "//flow_text(law)//': its limit load is not unique; '// &
+          way//' the range'//new_line('a')
       end associate
     end do
   end function flow_notes
 
-  !> Whether a soil flows at psi far below phi, and its strength after Davis (1968).
-  logical function flows_otherwise(soil, cohesion, friction)
+  !> Whether a soil flows at psi far below phi, and its strength after Davis (1968); that of rock is a curve.
+  logical function flows_otherwise(soil, law, cohesion, friction)
     type(material_type), intent(in) :: soil
+    type(law_description_type), intent(out) :: law
     real(wp), intent(out) :: cohesion, friction
     real(wp) :: dilatancy
 
-    cohesion = soil%cohesion
-    friction = soil%friction_angle
-    dilatancy = soil%dilatancy_angle
-    flows_otherwise = soil%mohr_coulomb .and. .not. soil%undrained%given
-    if (.not. flows_otherwise) return
+    law = traits_of(soil)
+    cohesion = law%cohesion
+    friction = law%friction_angle
+    dilatancy = law%dilatancy_angle
+    flows_otherwise = .not. (law%associated_flow .or. soil%undrained%given)
+    if (.not. (flows_otherwise .and. friction > 0.0_wp)) return
     call lower_strength(strength_factor_type(flow=flow_davis_a), cohesion, friction, dilatancy)
-    flows_otherwise = friction < less*soil%friction_angle
+    flows_otherwise = friction < less*law%friction_angle
   end function flows_otherwise
+
+  !> How such a soil flows.
+  pure function flow_text(law) result(text)
+    type(law_description_type), intent(in) :: law
+    character(len=:), allocatable :: text
+
+    text = ' far below its friction'
+    if (law%friction_angle > 0.0_wp) text = ' below phi = '//rounded_text(law%friction_angle, 3)
+    text = 'flows at psi = '//rounded_text(law%dilatancy_angle, 3)//text
+  end function flow_text
 
   !> The soil of a factor of safety that is one of several, for its flow; empty where there is none.
   function factor_note(model, flow) result(text)
@@ -246,6 +302,7 @@ contains
     !> Of the search.
     integer, intent(in) :: flow
     character(len=:), allocatable :: text
+    type(law_description_type) :: law
     real(wp) :: cohesion, friction
     integer :: m, number
 
@@ -254,11 +311,10 @@ contains
     if (flow /= flow_material) return
     do m = 1, size(model%analysis%materials)
       associate (soil => model%analysis%materials(m))
-        if (.not. flows_otherwise(soil, cohesion, friction)) cycle
+        if (.not. flows_otherwise(soil, law, cohesion, friction)) cycle
         if (.not. any(bodies_active(model%analysis, number) .and. body_materials(model%analysis, number) == m)) cycle
-        text = "'"//soil%name//"' flows at psi = "//rounded_text(soil%dilatancy_angle, 3)//' under phi = '// &
-          rounded_text(soil%friction_angle, 3)//': the factor is then not unique, by some per cent; FLOW=DAVIS '// &
-          'A of *SAFETY gives the lowest'
+        text = "'"//soil%name//"' "//flow_text(law)//': the factor is then not unique'
+        if (law%friction_angle > 0.0_wp) text = text//', by some per cent; FLOW=DAVIS A of *SAFETY gives the lowest'
         return
       end associate
     end do

@@ -11,8 +11,8 @@
 !>   at each node  max |r_a| / F_a       F_a  internal forces by their size around the node (qsmpm_term_share)
 !>
 !> Strains are known to a digit of rounding, forces therefore to  eps sum_j |K_ij| (h + |du|),  h the size of the cells
-!> around: what a residual has below that no iteration takes away, and where one stalls it is left out
-!> (`leave_rounding`).
+!> around, and what other fields take of the displacement to  eps sum_j |K_ij| |du|: what a residual has below that no
+!> iteration takes away, and where one stalls it is left out (`leave_rounding`).
 !>
 !> In any other field the reference is the norm of the external contributions at the free components, and at least that
 !> of the contributions of the terms by their size: what flows in a closed body has neither load nor reaction.
@@ -161,7 +161,7 @@ contains
     node = maxloc(ratios, dim=1)
   end subroutine look_at_nodes
 
-  !> Take from the residual of the forces what is rounding.
+  !> Take from the residual what is rounding.
   subroutine leave_rounding(mesh, space, step, displacement, residual)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
@@ -173,10 +173,9 @@ contains
     real(wp) :: sums(size(residual)), length(size(residual)), nodal(size(displacement, 1), size(displacement, 2))
 
     call row_sums(step%matrix, sums)
-    nodal = 0.0_wp
     associate (n => step%unknowns%fields(1)%node_count, d => step%unknowns%fields(1)%components)
-      nodal(:d, :n) = spread(sizes_of_cells(mesh, space, step%equations%connectivity, n), 1, d) &
-        + maxval(abs(displacement(:d, :n)))
+      nodal = maxval(abs(displacement(:d, :n)))
+      nodal(:d, :n) = nodal(:d, :n) + spread(sizes_of_cells(mesh, space, step%equations%connectivity, n), 1, d)
     end associate
     length = 0.0_wp
     call gather(step%equations, nodal, length)

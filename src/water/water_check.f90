@@ -8,7 +8,7 @@ module qsmpm_water_check
   use qsmpm_analysis, only: analysis_type
   use qsmpm_history_description, only: quantity_contact_force, quantity_contact_pressure, quantity_reaction
   use qsmpm_load_description, only: traction_type, water_level_type
-  use qsmpm_agreement, only: any_of, lowest_rank, spread_text
+  use qsmpm_agreement, only: lowest_rank, spread_text
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic, where_text
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
@@ -150,27 +150,31 @@ contains
     type(water_table_type), intent(in) :: tables(:)
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: fall
-    logical :: within
-    integer :: i, p, b
+    character(len=:), allocatable :: place
+    integer :: i, p, b, rank
 
     do i = 1, size(level%line, 2) - 1
       associate (from => level%line(:, i), to => level%line(:, i + 1), points => model%state%points)
         fall = abs(to(2) - from(2))
         if (fall <= max(same_height*mesh_height(model, tables(1)%axis), to(1) - from(1))) cycle
-        within = .false.
+        place = ''
         do p = 1, points%count
           b = points%body(p)
           if (.not. is_of(model, level, b, tables(b))) cycle
           associate (x => points%position(tables(b)%across, p), half => points%half_size(tables(b)%across, p))
             if (x + half <= from(1) .or. x - half >= to(1) .or. to(1) - from(1) >= 2.0_wp*half) cycle
+            place = short(2.0_wp*half)//" wide, as at ("//short(points%position(1, p))//', '// &
+              short(points%position(2, p))//") in body '"//model%analysis%bodies(b)%name//"'"
           end associate
-          within = .true.
           exit
         end do
-        if (any_of(model%part%team, within)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
+        rank = lowest_rank(model%part%team, len(place) > 0)
+        if (rank == model%part%team%ranks) cycle
+        call spread_text(model%part%team, rank, place)
+        call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
           'the line falls by '//short(fall)//' from '//across_name(tables)//' = '//short(from(1))//' to '// &
-          short(to(1))//', within the domain of a material point, which averages it: let it fall over the width of '// &
-          'the wall, or of several points')
+          short(to(1))//', within the domain of a material point, '//place//', which averages it: let it fall over '// &
+          'the width of the wall, or of several points; below a thinner wall compute the flow around it, by TYPE=SEEPAGE')
       end associate
     end do
   end subroutine check_falls

@@ -225,6 +225,10 @@ contains
       joined('*PHASE, NAME=two, TIME=3|*END PHASE|'))
     call warned('*PHASE, NAME=two, TIME=3|*END PHASE|', '', '', 'PHASE', "phase 'two' changes nothing: it has no load of its own")
     call silent(block//'*PHASE, NAME=two|*GRAVITY| 0, 0|*END PHASE|')
+    call silent(changed(joined(block), '*GRAVITY| 0, -1|', '*INITIAL, TYPE=ISOTROPIC| 0, 5| 1, 5|'))
+    call silent(changed(changed(joined(block), ' 1, 45, 0, 1|', ' 1, 0, 0|*STRENGTH PROFILE, TYPE=SHANSEP| 0.25, 0.8|'// &
+      '*UNDRAINED, TYPE=B|*K0, OCR=2| 0.6|'), '*GRAVITY|', '*INITIAL, TYPE=K0| 1, 0.6|*GRAVITY|')// &
+      joined('*PHASE, NAME=two|*UPDATE STRENGTH|*END PHASE|'))
     call silent(block//'*PHASE, NAME=two|*CONSTANT LOAD TEST, REPEATS=2| 1|*END PHASE|')
     call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the direction of the force, 0, -1 for weight')
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))

@@ -6,6 +6,10 @@ module test_penetration
   use qsmpm_contact_results, only: penetration_type, deepest_in, deepest_of_all, deepest_point
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_cam_clay, only: cam_clay_parameters_type
+  use qsmpm_drucker_prager, only: drucker_prager_parameters_type
+  use qsmpm_hoek_brown, only: flow_associated, hoek_brown_parameters_type
+  use qsmpm_kept_arrays, only: keep_values, kept_arrays_type, lay_array
+  use qsmpm_nodal_fields, only: rate_of
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kinds, only: wp
@@ -19,7 +23,7 @@ module test_penetration
   use qsmpm_rigid_bodies, only: keep_rigid_body, placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
   use qsmpm_strength_factor, only: flow_davis_a, flow_material
-  use qsmpm_sheared_ground, only: factor_note, fallen_note, flow_notes, sheared_note, spot_note, &
+  use qsmpm_sheared_ground, only: factor_note, fallen_note, flow_notes, loaded_spot_note, sheared_note, spot_note, &
     swollen_note
   use qsmpm_team, only: team_type
   use deck_samples, only: joined
@@ -421,6 +425,7 @@ contains
       'involves 0.1 % of the ground, around (') > 0)
     model%state%points%initial_position(1, 2:) = model%state%points%position(1, 2:) - 0.011_wp
     call tests%check('and all of the ground with it', len(spot_note(model)) == 0)
+    call check_loaded_spot(tests, model)
     model%state%points%initial_position = model%state%points%position
     model%state%points%volume(1) = 4.0e-3_wp*sum(volume(2:))
     model%state%points%initial_position(:, 2) = model%state%points%position(:, 2) - [0.3_wp, 0.4_wp]
@@ -476,6 +481,29 @@ contains
     model%state%points%plastic_strain = 0.0_wp
   end subroutine check_fallen
 
+  !> What the last step below a limit load has moved: all of the ground, or the first cell, which is next to nothing of it.
+  subroutine check_loaded_spot(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    type(kept_arrays_type) :: kept
+    real(wp) :: rates(model%mesh%dimension, model%space%node_count), volume(model%state%points%count)
+
+    kept = model%state%kept
+    volume = model%state%points%volume
+    rates = 1.0_wp
+    call lay_array(model%state%kept, rate_of//'displacement', rates, .true.)
+    call keep_values(model%state%kept, rate_of//'displacement', rates)
+    call tests%check('all of the ground moves', len(loaded_spot_note(model)) == 0)
+    rates(:, 2:) = 0.0_wp
+    call keep_values(model%state%kept, rate_of//'displacement', rates)
+    call tests%check('a cell of 64 does', len(loaded_spot_note(model)) == 0)
+    where (model%state%points%cell == 1) model%state%points%volume = 1.0e-3_wp*model%state%points%volume
+    call tests%check('a spot does; found: '//loaded_spot_note(model), index(loaded_spot_note(model), 'the mechanism involves') &
+      > 0 .and. index(loaded_spot_note(model), 'the limit load is that of a local failure') > 0)
+    model%state%points%volume = volume
+    model%state%kept = kept
+  end subroutine check_loaded_spot
+
   !> Soil that fails with psi far below phi is told with the strength of Davis: of phi = 30 and psi = 0 tan(phi*) = sin(phi).
   subroutine check_flow(tests, model)
     type(tests_type), intent(inout) :: tests
@@ -490,7 +518,7 @@ contains
       call tests%check('it fails; found: '//flow_notes(model), index(flow_notes(model), "material 'soil' fails and "// &
         'flows at psi = 0 below phi = 30') > 0 .and. index(flow_notes(model), 'phi = psi = 26.6, c = 1.73 (Davis)') > 0)
       call tests%check('its factor is one of several; found: '//factor_note(model, flow_material), &
-        index(factor_note(model, flow_material), "'soil' flows at psi = 0 under phi = 30: the factor is then not") == 1)
+        index(factor_note(model, flow_material), "'soil' flows at psi = 0 below phi = 30: the factor is then not") == 1)
       call tests%check('not that of the strength of Davis', len(factor_note(model, flow_davis_a)) == 0)
       soil%undrained%given = .true.
       call tests%check('undrained soil', len(flow_notes(model)) == 0)
@@ -507,6 +535,18 @@ contains
       soil%mohr_coulomb = .false.
       soil%friction_angle = 0.0_wp
       soil%cohesion = 0.0_wp
+      model%state%points%plastic_strain = 0.011_wp
+      allocate (soil%soil_law, source=drucker_prager_parameters_type(friction_angle=30.0_wp, cohesion=2.0_wp))
+      call tests%check('a cone; found: '//flow_notes(model), index(flow_notes(model), 'flows at psi = 0 under phi = 30') > 0)
+      deallocate (soil%soil_law)
+      allocate (soil%soil_law, source=hoek_brown_parameters_type(dilatancy_angle=5.0_wp))
+      call tests%check('rock; found: '//flow_notes(model)//factor_note(model, flow_material), index(flow_notes(model), &
+        'flows at psi = 5 far below its friction: its limit load is not unique; one with FLOW=ASSOCIATED shows') &
+        > 0 .and. index(factor_note(model, flow_material), 'is then not unique') > 0)
+      deallocate (soil%soil_law)
+      allocate (soil%soil_law, source=hoek_brown_parameters_type(flow=flow_associated))
+      call tests%check('rock whose flow is normal', len(flow_notes(model)//factor_note(model, flow_material)) == 0)
+      deallocate (soil%soil_law)
     end associate
     model%state%points%plastic_strain = 0.0_wp
   end subroutine check_flow
