@@ -6,7 +6,7 @@ module qsmpm_phase_report
   use qsmpm_agreement, only: any_of
   use qsmpm_consolidation, only: excess_pressure
   use qsmpm_phase_description, only: phase_safety, phase_type
-  use qsmpm_contact_report, only: contact_check_type, check_contact, end_contact_check
+  use qsmpm_contact_report, only: contact_check_type, apart_text, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_tangled
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, is_body_loaded, waits
@@ -375,6 +375,7 @@ contains
         outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
       message = message//trim(text)
     end if
+    if (outcome%cause == error_singular) message = message//apart_text(model)
     if (outcome%cause == error_tangled .and. size(phase%prescriptions) > 0) message = message//'; nodes that are '// &
       'pushed wear a mesh that goes with the ground: push a *RIGID BODY, take ELEMENT=QUAD4 of *GRID, or less of a push'
     if (outcome%cause == error_not_converged .and. is_body_loaded(phase)) message = message//'; the load that is '// &
