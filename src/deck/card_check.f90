@@ -160,7 +160,7 @@ contains
     end do
     if (d > size(entry%data)) then
       do i = 1, size(state%card%rows)
-        call state%refuse_row(i, 'data line where none belongs')
+        call state%refuse_row(i, 'data line where none belongs; a comment line begins with **')
       end do
       return
     end if

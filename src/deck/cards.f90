@@ -1,7 +1,7 @@
 !> The deck as lines: *INCLUDE resolved, comments and empty lines left out, a line that ends in a comma joined with the
-!> next, each line with the place it was written at. A byte order mark, CRLF, tabs, blanks at line ends, a missing last
-!> newline and lines of any length are accepted, but no item between two commas that is longer than any word, path or
-!> sentence.
+!> next, each line with the place it was written at. Tabs, blanks at line ends, a missing last newline, lines of any
+!> length and what qsmpm_plain_text makes plain are accepted, but no item between two commas that is longer than any
+!> word, path or sentence.
 !>
 !> Cards: a keyword line with its parameters, and the data lines below it. Cut from the lines of the deck without
 !> knowing any keyword; what they may say is checked elsewhere.
@@ -10,14 +10,13 @@ module qsmpm_cards
     read_real
   use qsmpm_error, only: error_type
   use qsmpm_file, only: read_text, directory_of, joined
+  use qsmpm_plain_text, only: plain_text
   use qsmpm_messages, only: line_origin_type, message_list_type, severity_error
   use qsmpm_kinds, only: wp
   implicit none
   private
 
   public :: line_list_type, cut_lines, card_type, row_type, parameter_type, make_cards, whole_at, number_at, word_at
-
-  character(len=*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
   !> A line that says something.
   type :: line_type
@@ -37,6 +36,8 @@ module qsmpm_cards
     logical :: continued = .false.
     !> Inside *HEADING, where a comma at the end means nothing.
     logical :: heading = .false.
+    !> A line with bytes of 0 was found.
+    logical :: binary = .false.
     !> Last line of the deck, for what is missing from it.
     type(line_origin_type) :: last
   end type line_list_type
@@ -94,7 +95,7 @@ contains
     type(message_list_type), intent(inout) :: messages
 
     allocate (lines%items(64), lines%open(deepest))
-    call cut_file(lines, path, '', text, messages)
+    call cut_file(lines, path, '', plain_text(text), messages)
     if (lines%continued) call end_continuation(lines, 'the deck ends', messages)
     if (.not. allocated(lines%last%file)) lines%last = line_origin_type(file=path, line=1, chain='')
     lines%last%order = huge(1)
@@ -114,7 +115,6 @@ contains
     lines%depth = lines%depth + 1
     lines%open(lines%depth)%file = path
     first = 1
-    if (index(text, byte_order_mark) == 1) first = len(byte_order_mark) + 1
     number = 0
     do while (first <= len(text))
       last = index(text(first:), new_line('a')) + first - 2
@@ -140,6 +140,13 @@ contains
     logical :: keyword
 
     if (len(text) == 0 .or. index(text, '**') == 1) return
+    if (index(text, achar(0)) > 0) then
+      ! One message for a file of them.
+      if (.not. lines%binary) call messages%add(severity_error, place, '', 'the file contains a zero byte: it is '// &
+        'UTF-16 or not a text file; save it as UTF-8')
+      lines%binary = .true.
+      return
+    end if
     if (longest_between_commas(text) > longest_item) then
       call messages%add(severity_error, place, '', 'an item of '//integer_text(longest_between_commas(text))// &
         ' characters: none may have more than '//integer_text(longest_item))
@@ -236,8 +243,8 @@ contains
       ! An include chain as the rest of a longer one.
       rest = ''
       if (len(place%chain) > 0) rest = ','//place%chain(index(place%chain, '(') + len('(included'):len(place%chain) - 1)
-      call cut_file(lines, path, ' (included from '//place%file//':'//integer_text(place%line)//rest//')', content, &
-        messages)
+      call cut_file(lines, path, ' (included from '//place%file//':'//integer_text(place%line)//rest//')', &
+        plain_text(content), messages)
     else
       call messages%add(severity_error, place, 'INCLUDE', "cannot read '"//path//"'")
     end if
@@ -307,7 +314,7 @@ contains
     i = 1
     do while (i <= lines%count)
       if (is_keyword(lines%items(i))) exit
-      call messages%add(severity_error, lines%items(i)%place, '', 'data line before the first keyword')
+      if (i == 1) call messages%add(severity_error, lines%items(i)%place, '', 'data line before the first keyword')
       i = i + 1
     end do
     do c = 1, starts

@@ -22,7 +22,7 @@ module qsmpm_contact_report
   implicit none
   private
 
-  public :: contact_check_type, begin_contact_check, check_contact, end_contact_check
+  public :: contact_check_type, begin_contact_check, check_contact, end_contact_check, apart_text
 
   !> Fall of a force in a step that is told, as a share of what it was: on a body, and at nodes that are moved, where
   !> soil that softens may lose some; the share of the largest force of the phase below which no fall counts.
@@ -303,6 +303,23 @@ contains
     motion = motion_in_phase(model, body)
     is_moved = any(abs([motion%displacement, motion%rotation]) > 0.0_wp)
   end function is_moved
+
+  !> The first body that soil stands near and does not touch, for a run that finds nothing to hold it; else empty.
+  function apart_text(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    real(wp) :: gap
+    integer :: b
+
+    text = ''
+    do b = 1, size(model%rigid_shapes)
+      gap = gap_of(model, b)
+      if (gap <= touching*model%cell_size .or. gap > model%cell_size) cycle
+      text = "; no soil is in contact with rigid body '"//model%analysis%rigid_bodies(b)%name//"', the nearest is "// &
+        rounded_text(gap)//' away: define the soil in contact with the body'
+      return
+    end do
+  end function apart_text
 
   !> Distance from a body to the nearest soil that may touch it: points of the surfaces of its *CONTACT, or material
   !> points where contact is asked for on the body.

@@ -6,7 +6,7 @@ module qsmpm_phase_report
   use qsmpm_agreement, only: any_of
   use qsmpm_consolidation, only: excess_pressure
   use qsmpm_phase_description, only: phase_safety, phase_type
-  use qsmpm_contact_report, only: contact_check_type, check_contact, end_contact_check
+  use qsmpm_contact_report, only: contact_check_type, apart_text, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_tangled
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, is_body_loaded, waits
@@ -377,6 +377,7 @@ contains
         outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
       message = message//trim(text)
     end if
+    if (outcome%cause == error_singular) message = message//apart_text(model)
     if (outcome%cause == error_tangled .and. size(phase%prescriptions) > 0) message = message//'; prescribed '// &
       'displacements distort a mesh that moves with the material: take a *RIGID BODY in their place, ELEMENT=QUAD4 '// &
       'of *GRID, or a smaller displacement'

@@ -16,8 +16,7 @@ module qsmpm_sheared_ground
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_space, only: functions_at, shape_values_type, value_at
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_description, only: material_type
-  use qsmpm_material_traits, only: traits_of
+  use qsmpm_material_description, only: material_type, traits_of
   use qsmpm_strength_factor, only: flow_davis_a, flow_material, lower_strength, strength_factor_type
   use qsmpm_team, only: largest, total
   implicit none
@@ -141,7 +140,8 @@ contains
         "involves "// &
         rounded_text(100.0_wp*moves/whole, 1)//' % of the ground, around ('//rounded_text(place(1))//', '// &
         rounded_text(place(2))//'): the '//noun//' is that of a local failure, at the edge of a load or at a face '// &
-        'with hardly any cohesion; with more cohesion there, or a gradual edge of the load, it is that of the ground'// &
+        'with hardly any cohesion; with more cohesion there, or a gradual edge of the load, it is that of the '// &
+        'ground'// &
         new_line('a')
     end associate
   end function spot_text

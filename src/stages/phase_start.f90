@@ -12,6 +12,7 @@ module qsmpm_phase_start
   use qsmpm_active_bodies, only: has_stages
   use qsmpm_agreement, only: joint_norm
   use qsmpm_body_loads, only: start_body_loads
+  use qsmpm_consolidation, only: closed_note
   use qsmpm_cavities, only: closure_of
   use qsmpm_body_stages, only: change_bodies
   use qsmpm_error, only: error_type
@@ -109,7 +110,7 @@ contains
         size(phase%materials) > 0)) notes = notes//strength_note(model)
     end associate
     call begin_free_surface(model)
-    if (present(notes)) notes = notes//bounds_note(model)
+    if (present(notes)) notes = notes//closed_note(model)//bounds_note(model)
     call update_pore_pressure(model)
   end subroutine start_phase
 

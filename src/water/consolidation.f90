@@ -6,6 +6,7 @@
 module qsmpm_consolidation
   use qsmpm_kinds, only: wp, pi
   use qsmpm_active_bodies, only: bodies_active, body_materials
+  use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: analysis_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_element, only: corner_count, element_order, face_corners, face_count, linear_kind, &
@@ -27,7 +28,8 @@ module qsmpm_consolidation
   implicit none
   private
 
-  public :: permeable_points, excess_pressure, filled_pores, still_water_forces, drained_nodes, check_consolidation
+  public :: permeable_points, excess_pressure, filled_pores, still_water_forces, drained_nodes, closed_note, &
+    check_consolidation
 
   !> Nodal field with the excess pore pressure.
   character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
@@ -163,6 +165,7 @@ contains
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     logical :: checked(size(model%analysis%materials))
+    character(len=:), allocatable :: way
     integer :: p
 
     call note_idle_laws(model)
@@ -171,9 +174,11 @@ contains
       associate (phase => model%analysis%phases(p))
         if (phase%consolidation%given .and. (model%analysis%method%basis /= basis_fem .or. &
           any(element_order(model%mesh%cell_kind) < 2))) then
+          way = '*GRID without ELEMENT, no *METHOD'
+          if (model%mesh%dimension == 3) way = '*GRID, ELEMENT=HEX20 with *METHOD, BASIS=FEM'
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'requires quadratic '// &
-            'elements that move with the material: *GRID without ELEMENT, no *METHOD, and no rigid bodies, whose '// &
-            'contact uses a fixed background grid (prescribe displacements by *PRESCRIBE)')
+            'elements that move with the material: '//way//', and no rigid bodies, whose contact uses a fixed '// &
+            'background grid (prescribe displacements by *PRESCRIBE)')
         else if (phase%consolidation%given .and. phase%kind == phase_safety) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
             "' is of TYPE=SAFETY, in which no time passes")
@@ -185,6 +190,24 @@ contains
       end associate
     end do
   end subroutine check_consolidation
+
+  !> The word on a phase that begins and whose water can leave nowhere, else empty.
+  function closed_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    character(len=*), parameter :: axes = 'xyz'
+    integer :: up
+
+    text = ''
+    up = vertical_of(model%analysis)
+    associate (number => model%state%progress%phase, phase => model%analysis%phases(model%state%progress%phase))
+      if (.not. phase%consolidation%given .or. free_surface_of(model%analysis%phases, number) > 0) return
+      if (any_of(model%part%team, any(drained_nodes(model, phase%consolidation)))) return
+      text = "warning: *CONSOLIDATION of phase '"//phase%name//"': no boundary is drained. Drained are exposed "// &
+        'faces, those at the top of the mesh along '//axes(up:up)//' (the axis of *GRAVITY), and the node sets of '// &
+        'its data lines'//new_line('a')
+    end associate
+  end function closed_note
 
   !> Permeabilities that are to follow the void ratio or the suction, and do not.
   subroutine note_idle_laws(model)

@@ -174,7 +174,8 @@ contains
         call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
           'the line falls by '//short(fall)//' from '//across_name(tables)//' = '//short(from(1))//' to '// &
           short(to(1))//', within the domain of a material point, '//place//', which averages it: let it fall over '// &
-          'the width of the wall, or of several points; below a thinner wall compute the flow around it, by TYPE=SEEPAGE')
+          'the width of the wall, or of several points; below a thinner wall compute the flow around it, by '// &
+          'TYPE=SEEPAGE')
       end associate
     end do
   end subroutine check_falls

@@ -86,11 +86,14 @@ class Simulation:
 
     # ---- calls ----
 
-    def _call(self, name: str, *arguments: object) -> None:
-        """Call a function of the library; a status is raised."""
+    def _open_handle(self) -> _Handle:
         if self._closed:
             raise Error("the analysis is closed")
-        pointer, library = self._handle.pointer, self._handle.library
+        return self._handle
+
+    def _call(self, name: str, *arguments: object) -> None:
+        """Call a function of the library; a status is raised."""
+        pointer, library = self._open_handle().pointer, self._open_handle().library
         status = getattr(library, "qsmpm_" + name)(pointer, *arguments)
         message = text_of(library.qsmpm_error, pointer) if status else ""
         for material, model in self._models.items():
@@ -127,7 +130,7 @@ class Simulation:
     @property
     def messages(self) -> str:
         """What the reader of the deck had to say, one sentence a line."""
-        return text_of(self._handle.library.qsmpm_messages, self._handle.pointer)
+        return text_of(self._open_handle().library.qsmpm_messages, self._handle.pointer)
 
     # ---- stepping ----
 
@@ -264,7 +267,7 @@ class Simulation:
         found: list[str] = []
         while True:
             try:
-                found.append(text_of(self._handle.library.qsmpm_name, self._handle.pointer, kind.encode(),
+                found.append(text_of(self._open_handle().library.qsmpm_name, self._handle.pointer, kind.encode(),
                                      len(found) + 1))
             except IndexError:
                 return found

@@ -118,7 +118,8 @@ contains
     call tests%check('no body, nothing kept of one', kept == 0)
   end subroutine check_cards
 
-  !> A gap of rounding, a thousand millionth of a cell, is none: what is loaded is held by it, and by no larger one.
+  !> A gap of rounding, a thousand millionth of a cell, is none: what is loaded is held by it, and by no larger one but
+  !> before anything has moved, when one of a thousandth of a cell is how the deck is drawn.
   subroutine check_rounding(tests)
     type(tests_type), intent(inout) :: tests
     class(model_type), allocatable :: model
@@ -127,19 +128,23 @@ contains
     real(wp), allocatable :: u(:, :)
 
     allocate (model, step)
-    call tests%check('a gap of 4e-10 cells', .not. parts('1.1000000001'))
-    call tests%check('one of 4e-9 cells', parts('1.100000001'))
+    call tests%check('a gap of 4e-10 cells', .not. parts('1.1000000001', 1.0e-14_wp))
+    call tests%check('one of 4e-9 cells', parts('1.100000001', 1.0e-14_wp))
+    call tests%check('one of 8e-4 cells as drawn', .not. parts('1.1002', 0.0_wp))
+    call tests%check('one of 1.2e-3 cells as drawn', parts('1.1003', 0.0_wp))
 
   contains
 
     !> Whether a plate so high loses the step.
-    logical function parts(height)
+    logical function parts(height, moved)
       character(len=*), intent(in) :: height
+      !> Displacement of all nodes.
+      real(wp), intent(in) :: moved
 
       call begin_loaded(model, step, '*RIGID BODY, NAME=plate, SHAPE=PLANE|0, '//height//', 0, -1|*CONTACT, BODY=plate, '// &
         'SURFACE=top|')
       if (allocated(u)) deallocate (u)
-      allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+      allocate (u(2, all_nodes(step%unknowns)), source=moved)
       call evaluate_step(model, step, u, tangent_none)
       term = contacts_of(step)
       call term%judge(model, u, step%failure)

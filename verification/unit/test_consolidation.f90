@@ -38,6 +38,10 @@ module test_consolidation
     rock = '*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.2|*PERMEABILITY| 0|', &
     bodies = '*BODY, NAME=soil, MATERIAL=clay, SHAPE=BOX| 1, 3, 0, 1|*BODY, NAME=rock, MATERIAL=rock, SHAPE=BOX| 3, 4, 0, 1|', &
     load = '*PHASE, NAME=load, TIME=3|*FIX| base, ALL| left, X| right, X|*GRAVITY| 0, -1|', &
+    cube = '*MODEL, TYPE=3D|*GRID, ELEMENT=HEX20| X, 0, 1, 1| Y, 0, 1, 1| Z, 0, 1, 1|*NSET, NSET=base, PLANE=Z| 0|'// &
+      '*NSET, NSET=side, PLANE=Y| 1|*MATERIAL, NAME=clay|*ELASTIC| 100, 0.2|*PERMEABILITY| 0.3|*BODY, NAME=soil, '// &
+      'MATERIAL=clay, SHAPE=ALL|*SURFACE, '// &
+      'NAME=top| 0, 1, 0, 1, 1, 1|*PHASE, NAME=load, TIME=3|*FIX| base, ALL| side, Y|*PRESSURE, SURFACE=top| 1|', &
     flow = '*CONSOLIDATION, UNIT WEIGHT=10, STORAGE=2E-3| base, OPEN|', &
     tight = '*CONSOLIDATION, UNIT WEIGHT=10, STORAGE=2E-3| top, CLOSED|', &
     !> Time of a phase in which no front leaves its cell: 0.1 h^2/c is 0.0055.
@@ -507,6 +511,23 @@ contains
     call tests%check('a law without consolidation has no effect', index(model%notes, "material 'clay': LAW=KOZENY of "// &
       '*PERMEABILITY has no effect without *CONSOLIDATION') > 0 .and. index(model%notes, 'LAW=CONSTANT') == 0)
     call end_system(step%system)
+    call check_closed('', .true.)
+    call check_closed('*GRAVITY| 0, 0, -1|', .false.)
+
+  contains
+
+    !> Upwards without gravity is y, along which nothing ends in a cube of ground up to z.
+    subroutine check_closed(gravity, expected)
+      character(len=*), intent(in) :: gravity
+      logical, intent(in) :: expected
+      character(len=:), allocatable :: notes
+
+      call begin_step('*METHOD, BASIS=FEM|'//cube//gravity//flow(:index(flow, '|'))//'*END PHASE|', model, step)
+      call start_phase(model, notes)
+      call tests%check('ground that no water leaves: '//gravity, expected .eqv. index(notes, "phase 'load': no "// &
+        'boundary is drained. Drained are exposed faces, those at the top of the mesh along y') > 0)
+      call end_system(step%system)
+    end subroutine check_closed
   end subroutine check_note
 
   !> No grid of splines stands behind the triangles: pressures of nodes would be lost with them.
@@ -549,7 +570,8 @@ contains
     call refused(tests, grid//clay//'*UNDRAINED, TYPE=A|'//rock//bodies//load//flow//'*END PHASE|', &
       'which itself models undrained response in short times')
     call refused(tests, '*GRID, ELEMENT=QUAD4'//grid(6:)//clay//rock//bodies//load//flow//'*END PHASE|', &
-      'requires quadratic elements that move with the material')
+      'requires quadratic elements that move with the material: *GRID without ELEMENT, no *METHOD')
+    call refused(tests, cube//flow(:index(flow, '|'))//'*END PHASE|', 'ELEMENT=HEX20 with *METHOD, BASIS=FEM')
     call refused(tests, grid//clay//'*MOHR COULOMB| 1, 20, 0|'//rock//bodies//load// &
       '*END PHASE|*PHASE, NAME=f, TYPE=SAFETY, TIME=1|'//flow//'*END PHASE|', 'no time passes')
   end subroutine check_refusals
@@ -567,7 +589,9 @@ contains
     character(len=:), allocatable :: said
 
     allocate (analysis, model)
-    call parse_deck('soil.inp', joined('*MODEL, TYPE=PLANE STRAIN|'//deck), analysis, messages, error)
+    said = deck
+    if (index(deck, '*MODEL') == 0) said = '*MODEL, TYPE=PLANE STRAIN|'//deck
+    call parse_deck('soil.inp', joined(said), analysis, messages, error)
     said = message_text(messages)
     if (.not. allocated(error)) then
       call build_model(analysis, model, error)

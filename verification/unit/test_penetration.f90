@@ -537,7 +537,7 @@ contains
       soil%cohesion = 0.0_wp
       model%state%points%plastic_strain = 0.011_wp
       allocate (soil%soil_law, source=drucker_prager_parameters_type(friction_angle=30.0_wp, cohesion=2.0_wp))
-      call tests%check('a cone; found: '//flow_notes(model), index(flow_notes(model), 'flows at psi = 0 under phi = 30') > 0)
+      call tests%check('a cone; found: '//flow_notes(model), index(flow_notes(model), 'flows at psi = 0 below phi = 30') > 0)
       deallocate (soil%soil_law)
       allocate (soil%soil_law, source=hoek_brown_parameters_type(dilatancy_angle=5.0_wp))
       call tests%check('rock; found: '//flow_notes(model)//factor_note(model, flow_material), index(flow_notes(model), &

@@ -2,6 +2,7 @@
 module test_text
   use, intrinsic :: ieee_arithmetic, only: ieee_next_after
   use qsmpm_kinds, only: wp
+  use qsmpm_plain_text, only: plain_text
   use qsmpm_text, only: string_type, upper, stripped, squeezed, split, edit_distance, &
     nearest_word, read_integer, read_real, integer_text, real_text, same_bits, number_good, &
     number_not, number_not_finite, number_not_whole
@@ -19,6 +20,7 @@ contains
 
     call tests%start('text')
     call words(tests)
+    call plain(tests)
     call lists(tests)
     call whole_numbers(tests)
     call reals(tests)
@@ -39,6 +41,23 @@ contains
       '  strain ') == 'plane strain')
     call tests%check('an empty text is squeezed to nothing', len(squeezed('')) == 0)
   end subroutine words
+
+  !> Text as other programs save it.
+  subroutine plain(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: umlaut = char(195)//char(182), mark = char(239)//char(187)//char(191)
+
+    call tests%check('UTF-8 stays', plain_text('bl'//umlaut//'ck'//char(226)//char(136)//char(146)) == 'bl'//umlaut//'ck'// &
+      char(226)//char(136)//char(146))
+    call tests%check('Latin-1 becomes UTF-8', plain_text('bl'//char(246)//'ck') == 'bl'//umlaut//'ck')
+    call tests%check('a letter that is cut off is none of UTF-8', plain_text('a'//char(195)) == 'a'//char(195)//char(131))
+    call tests%check('a byte order mark goes', plain_text(mark//'a') == 'a')
+    call tests%check('carriage returns alone end lines', plain_text('a'//achar(13)//'b') == 'a'//new_line('a')//'b')
+    call tests%check('those before a newline are left', len(plain_text('a'//achar(13)//new_line('a'))) == 3)
+    call tests%check('a blank that does not break is one', plain_text('1,'//char(194)//char(160)//'2') == '1, 2')
+    call tests%check('the end of a file under DOS goes', plain_text('a'//achar(26)) == 'a')
+    call tests%check('nothing is plain', len(plain_text('')) == 0)
+  end subroutine plain
 
   !> Lists with commas and quotes.
   subroutine lists(tests)

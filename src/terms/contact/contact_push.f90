@@ -110,7 +110,7 @@ contains
     pair%tension = self%bonded(c)
     pair%friction = self%strength(1, c)
     pair%adhesion = self%strength(2, c)
-    if (self%goes_along .and. self%pressure(c) > 0.0_wp) then
+    if ((self%goes_along .and. self%pressure(c) > 0.0_wp) .or. (gap > 0.0_wp .and. gap <= self%drawn_gap)) then
       pair%tension = .true.
       if (any(self%strength(:, c) > 0.0_wp)) pair%adhesion = huge(1.0_wp)
     end if

@@ -22,7 +22,7 @@ module qsmpm_contact_scratch
   implicit none
   private
 
-  public :: contact_scratch_type, lay_scratch, soil_nodes, keep_tractions, keep_contact_points
+  public :: touching, contact_scratch_type, lay_scratch, soil_nodes, keep_tractions, keep_contact_points
 
   !> Penalties of the gap times the size of a cell over Young's modulus, at surfaces of the soil and on bodies, and that
   !> of the slip: pressures do not depend on that of the gap between 10 and 1000. The stiffer they are the more often
@@ -84,6 +84,9 @@ module qsmpm_contact_scratch
     !> nor slipping, and the first correction brings the soil along. By its limits a motion in steps of any use would
     !> slip everywhere at once, and ask of the soil for what it may not carry.
     logical :: goes_along = .false.
+    !> Gap up to which a patch goes along without a pressure: in the first evaluation of all, soil that is drawn against
+    !> a body touches it, though corners that are no round numbers leave gaps. 0 later.
+    real(wp) :: drawn_gap = 0.0_wp
   end type contact_scratch_type
 
 contains

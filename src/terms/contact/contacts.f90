@@ -24,7 +24,8 @@ module qsmpm_contacts
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
   use qsmpm_contact_push, only: push_of_patch, tractions_of_patch, reaction_of, place_measure_type
-  use qsmpm_contact_scratch, only: contact_scratch_type, lay_scratch, soil_nodes, keep_tractions, keep_contact_points
+  use qsmpm_contact_scratch, only: touching, contact_scratch_type, lay_scratch, soil_nodes, keep_tractions, &
+    keep_contact_points
   use qsmpm_equations, only: equations_type
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_kept_arrays, only: kept_values
@@ -237,6 +238,9 @@ contains
     if (present(prescribed)) continue
     self%scratch%at_rest = .false.
     self%scratch%goes_along = has_moved(self%scratch) .and. all(abs(displacement) <= 0.0_wp)
+    self%scratch%drawn_gap = 0.0_wp
+    if (model%state%progress%step == 0 .and. all(abs(displacement) <= 0.0_wp)) &
+      self%scratch%drawn_gap = touching*self%scratch%cell_size
     do c = 1, size(self%scratch%column)
       call place_body(self%scratch, c, displacement)
     end do
@@ -488,6 +492,7 @@ contains
     self%scratch%on_bodies%pressure = 0.0_wp
     self%scratch%on_bodies%shear = 0.0_wp
     self%scratch%goes_along = .false.
+    self%scratch%drawn_gap = 0.0_wp
     associate (scratch => self%scratch, patches => self%scratch%patches)
       do b = 1, size(scratch%now)
         call place_body(scratch, b, displacement)

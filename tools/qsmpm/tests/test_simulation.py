@@ -327,6 +327,8 @@ class Errors(unittest.TestCase):
                 run.set_traction("roof", (0, 1))
         with self.assertRaisesRegex(qsmpm.Error, "closed"):
             run.advance()
+        with self.assertRaisesRegex(qsmpm.Error, "closed"):
+            run.histories
         run.close()
 
 
