@@ -129,7 +129,7 @@ def soils_of(text: str, units: Units) -> dict[int, tuple[Soil, list[str]]]:
         cohesion = friction = dilation = None
         if model == "MohrCoulomb":
             cohesion, friction, dilation = times(number(strength, "C"), units.stress), number(strength, "phi"), number(strength, "dil")
-            left += [f"soil '{name}': tensile strength {strength['T']}, the deck has no tension cut-off below the apex of the yield surface"] if number(strength, "T") else []
+            left += [f"soil '{name}': tensile strength {strength['T']}, a deck of the import has no tension cut-off"] if number(strength, "T") else []
         else:
             left.append(f"soil '{name}' is of model '{model}': its strength must be given in the table")
         soil = Soil(name, weight or None, None, times(number(elastic, "E"), units.stress), number(elastic, "nu"), cohesion, friction, dilation)
