@@ -74,7 +74,7 @@ def _reduction(table: dict[str, Any], top: Path, where: str) -> Reduction:
     check_keys(table, KEYS, where)
     for key in TEXTS:
         if not isinstance(table.get(key), str) or not table[key]:
-            raise CaseError(f"{where}: a reduction requires {key}")
+            raise CaseError(f"{where}: a reduction requires the key {key}")
     where = f"{where}, '{table['name']}'"
     effort = table.get("effort", "quick")
     if effort not in EFFORTS:
