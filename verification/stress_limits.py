@@ -16,7 +16,7 @@ TOP = pathlib.Path(__file__).resolve().parent.parent
 FOLDERS = ("build/verify", "build/stability")
 SCATTER = re.compile(r"^stress error, estimated: mean (\S+) %")
 MISMATCH = re.compile(r"; on (?:loaded|held) surface '.*?' mean (\S+) %")
-WARNING = re.compile(r"^warning: stresses (?:of neighbouring material points differ|are off the traction)")
+WARNING = re.compile(r"^warning: stresses (?:of neighbouring material points differ|differ from the traction)")
 
 
 def stated(log: pathlib.Path) -> tuple[float, float | None, bool] | None:

@@ -4,7 +4,7 @@
     kratos_cantilever.py [CELL SIZE] [POINTS A CELL, a square number]
 
 Neo-Hookean. The dead load acts at the outermost material points: beyond them it would act on empty cells. `down` and
-`inward` are those of these points, `tip_down` and `tip_inward` are carried on to the end of the beam.
+`inward` are those of these points, `tip_down` and `tip_inward` are extrapolated to the end of the beam.
 """
 
 import math
@@ -38,7 +38,7 @@ moved = run.values(mpm.MP_DISPLACEMENT)
 
 
 def mean_move(x: float, axis: int) -> float:
-    """Mean displacement of the points of a section of the start."""
+    """Mean displacement of the points of an initial cross-section."""
     return sum(moved[run.nearest(x, (j + 0.5) * dx - 0.5)][axis] for j in range(rows)) / rows
 
 

@@ -3,8 +3,8 @@
 
     kratos_column.py CELLS [POINTS A CELL, a square number] [STEPS]
 
-Prints the stress error sum |s - s(X)| V / (g l0 sum V), s(X) = -g (l0 - X), with V the volume at the start as
-tools/qsmpm_verify/measures.py has it, and sum |s - s(X)| v / (g l0 sum V) with the volume v at the end. The law is
+Prints the stress error sum |s - s(X)| V / (g l0 sum V), s(X) = -g (l0 - X), with V the initial volume as
+in tools/qsmpm_verify/measures.py, and sum |s - s(X)| v / (g l0 sum V) with the final volume v. The law is
 neo-Hookean: the exact stress does not depend on it.
 """
 

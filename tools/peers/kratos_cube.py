@@ -5,8 +5,8 @@
 
 The plate is its own conforming boundary: points along the top of the block whose displacement is prescribed by a penalty.
 Prints the error of the mean vertical stress against the neo-Hookean law (E/2)(l - 1/l) with l = 3/4, and the largest
-error of a point's. Plane strain is exact here: nothing moves across. With `constrained` contact in place of fixed the
-figures are the same.
+error at a point. Plane strain is exact here: there is no lateral movement. With `constrained` contact instead of fixed the
+results are the same.
 """
 
 import json

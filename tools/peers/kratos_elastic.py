@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Elastic scenes at small load in the MPM application of Kratos: the slope under its weight, Cook's membrane.
+"""Elastic scenes at small load in the MPM application of Kratos: the slope under self-weight, Cook's membrane.
 
     kratos_elastic.py slope|cook CELLS [POINTS A CELL, a square number]
 
 slope: 45 degrees, 1 m high, 1 m crest, nu = 0.33; CELLS over the height; settlement `crest` of the crest for E = 1 and
 weight 1. cook: nu = 1/3, CELLS on the clamped side; rise `middle` of the middle of the end for E = 1 and load 1.
-Loads are small, so that the answer is that of small displacements; the law is neo-Hookean. Material points stand where
-their squares lie inside the body; beside a sloping side that leaves out or adds parts of squares. The displacement of a
+Loads are small, so that displacements are small; the law is neo-Hookean. Material points are placed where
+their squares are inside the body; at an inclined side this omits or adds parts of squares. The displacement of a
 corner is that of the nearest point.
 """
 

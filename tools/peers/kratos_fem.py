@@ -3,8 +3,8 @@
 
     kratos_fem.py MODEL.json RESULT.json
 
-MODEL.json holds nodes, cells, held directions, loads of nodes, weight, constants, the names of element and law, and the
-number of steps in which the load grows. RESULT.json takes displacements and the sum of the reactions. A step that does
+MODEL.json contains nodes, cells, constrained directions, nodal loads, weight, constants, the names of element and law, and the
+number of load steps. RESULT.json contains displacements and the sum of the reactions. A step that does
 not converge ends the run.
 """
 
@@ -22,7 +22,7 @@ from KratosMultiphysics import python_linear_solver_factory
 
 
 def make(part: km.ModelPart, scene: dict[str, Any]) -> None:
-    """Nodes, elements, law, what is held."""
+    """Nodes, elements, law, constraints."""
     for variable in (km.DISPLACEMENT, km.REACTION, km.VOLUME_ACCELERATION, sma.POINT_LOAD):
         part.AddNodalSolutionStepVariable(variable)
     part.ProcessInfo[km.DOMAIN_SIZE] = 2
@@ -44,7 +44,7 @@ def make(part: km.ModelPart, scene: dict[str, Any]) -> None:
 
 
 def load(part: km.ModelPart, scene: dict[str, Any], share: float) -> None:
-    """Loads of a share of the ramp."""
+    """Loads at a fraction of the ramp."""
     weight = km.Vector([share * scene["weight"][0], share * scene["weight"][1], 0.0])
     for node in part.Nodes:
         node.SetSolutionStepValue(km.VOLUME_ACCELERATION, weight)
@@ -53,7 +53,7 @@ def load(part: km.ModelPart, scene: dict[str, Any], share: float) -> None:
 
 
 def strategy_of(part: km.ModelPart) -> Any:
-    """Newton with a direct solver, corrections down to 1e-8 of the move of the step."""
+    """Newton's method with a direct solver, corrections down to 1e-8 of the displacement of the step."""
     solver = python_linear_solver_factory.ConstructSolver(
         km.Parameters('{"solver_type": "LinearSolversApplication.sparse_lu"}'))
     criterion = km.DisplacementCriteria(1e-8, 1e-14)

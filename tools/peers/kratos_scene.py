@@ -1,8 +1,8 @@
 """A plane-strain scene for the MPM application of Kratos Multiphysics: grid, points, ramp, results.
 
-Runs in the environment that `tools/setup --peers` makes. The scripts beside this module describe one scene each
+Runs in the environment of `tools/setup --peers`. The scripts beside this module describe one scene each
 and print one JSON object on their last line. The grid and the body are built in memory, the load is ramped step by
-step, and a step that Kratos reports as not converged is counted: Kratos itself goes on.
+step, and a step that Kratos reports as not converged is counted: Kratos itself continues.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Place = tuple[float, float]
 
 @dataclass
 class Scene:
-    """What is computed. Lengths in m, forces in N, masses in kg."""
+    """Input data. Lengths in m, forces in N, masses in kg."""
 
     #: Corners of the grid and its cells along x and y.
     low: Place
@@ -106,7 +106,7 @@ class Run:
                 self.grid.CreateNewElement("Element2D4N", 1 + i + j * nx, nodes, properties)
 
     def _make_body(self) -> None:
-        """A square of its own around every material point, so that points are spread evenly."""
+        """One square around every material point, so that points are equally spaced."""
         part = self.body.CreateSubModelPart("Parts_body")
         properties = part.CreateNewProperties(1)
         node = self.grid.NumberOfNodes()
@@ -122,7 +122,7 @@ class Run:
         self.last_node = node
 
     def _make_forces(self) -> None:
-        """Points that carry a force and move with the material; Kratos looks for them in the grid."""
+        """Points that carry a force and move with the material; Kratos locates them in the grid."""
         if not self.scene.forces:
             return
         part = self.grid.CreateSubModelPart("forces")
@@ -152,7 +152,7 @@ class Run:
                 {"Parameters": {"materials_filename": str(path)}})), self.model)
 
     def _hold(self) -> None:
-        """The displacement of a grid node starts at zero in every step."""
+        """Reset the displacements of the grid nodes to zero in every step."""
         for node in self.grid.Nodes:
             held = self.scene.held(node.X, node.Y)
             if "x" in held:
@@ -161,7 +161,7 @@ class Run:
                 node.Fix(km.DISPLACEMENT_Y)
 
     def _load(self, share: float) -> None:
-        """Loads of a share of the ramp."""
+        """Loads at a fraction of the ramp."""
         info = self.points.ProcessInfo
         gravity = km.Vector([share * self.scene.gravity[0], share * self.scene.gravity[1], 0.0])
         for element in self.points.Elements:
@@ -171,7 +171,7 @@ class Run:
             condition.SetValuesOnIntegrationPoints(mpm.POINT_LOAD, [value], info)
 
     def step(self) -> bool:
-        """The next step of the ramp; whether it converged."""
+        """The next step of the ramp; returns whether it converged."""
         self.now = self.solver.AdvanceInTime(getattr(self, "now", 0.0))
         self._load((self.done + 1) / self.scene.steps)
         self.solver.Predict()
@@ -190,13 +190,13 @@ class Run:
         return [e.CalculateOnIntegrationPoints(variable, info)[0] for e in self.points.Elements]
 
     def nearest(self, x: float, y: float) -> int:
-        """Index of the material point nearest to a place of the start."""
+        """Index of the material point nearest to an initial position."""
         squares = self.scene.squares
         return min(range(len(squares)), key=lambda i: (squares[i][0] - x) ** 2 + (squares[i][1] - y) ** 2)
 
 
 def peak_memory() -> int:
-    """Largest memory of the process so far [bytes]."""
+    """Peak memory of the process so far [bytes]."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("VmHWM:"):
             return 1024 * int(line.split()[1])
@@ -204,7 +204,7 @@ def peak_memory() -> int:
 
 
 def tell(run: Run, ended: str, **figures: Any) -> None:
-    """Print the figures of a run as one line of JSON; CPU seconds are those of the whole process."""
+    """Print the results of a run as one line of JSON; CPU seconds are those of the whole process."""
     used = time.process_time()
     print(json.dumps({
         "points": len(run.scene.squares), "steps": run.scene.steps, "steps_done": run.done,

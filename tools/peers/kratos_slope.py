@@ -3,10 +3,10 @@
 
     kratos_slope.py static|dynamic [CELL SIZE] [STEPS] [E in Pa] [PSI in degrees]
 
-static: its quasi-static solver, gamma growing with the steps; it ends where an element turns inside out.
-dynamic: its implicit dynamic solver, gamma growing over 10 s: what carries the scene to 100 kN/m3.
+static: its quasi-static solver, gamma increases with the steps; it ends when an element inverts.
+dynamic: its implicit dynamic solver, gamma increases over 10 s, which reaches 100 kN/m3.
 Prints the settlement of the point nearest to the crest at gamma = 10, 30, 50 and at the end, and the knee of the
-curve: gamma where a step first yields ten times as much as the first one. The law takes its angles in radians.
+curve: gamma at which the compliance of a step first exceeds ten times that of the first. The law requires angles in radians.
 """
 
 import math

@@ -3,9 +3,9 @@
 
     xslope_run.py SCENE.json
 
-SCENE.json holds outlines of the ground with the numbers of their materials, materials, a water level and the method, or heads at parts of
-the outline, where water may leave, and the size of the cells. Circles are searched from xslope's own starting circles, and from a grid of
-centres where `grid` asks for it, by its defaults. The last line printed is a JSON object.
+SCENE.json contains outlines of the ground with the numbers of their materials, materials, a water level and the method, or heads at parts of
+the outline, seepage faces, and the size of the cells. Circles are searched from xslope's own starting circles, and from a grid of
+centres if `grid` requests it, with its defaults. The last line printed is a JSON object.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from xslope.seep import build_seep_data, run_seepage_analysis
 
 
 def model_of(scene: dict[str, Any]) -> dict[str, Any]:
-    """The scene in the words of xslope."""
+    """The scene in the format of xslope."""
     polygons = [{"coords": p["outline"], "polygon": Polygon(p["outline"]), "mat_id": p["material"]} for p in scene["grounds"]]
     ground, domain = build_ground_surface_from_polygons(polygons)
     wet = "piezo" if scene["level"] else "none"
@@ -41,7 +41,7 @@ def model_of(scene: dict[str, Any]) -> dict[str, Any]:
 
 
 def factor(scene: dict[str, Any], model: dict[str, Any]) -> dict[str, Any]:
-    """The least factor of circles by a method, and how many circles it could not solve."""
+    """The lowest factor of circles by a method, and the number of circles that it could not solve."""
     model["circles"] = generate_starting_circles(model)
     found = run_lem_analysis(model, scene["method"], grid_seed=scene["grid"])
     counts = found["search"]["unsolved"]
@@ -49,7 +49,7 @@ def factor(scene: dict[str, Any], model: dict[str, Any]) -> dict[str, Any]:
 
 
 def discharge(scene: dict[str, Any], model: dict[str, Any]) -> dict[str, Any]:
-    """What flows through, on quadrilaterals in columns from the base to the surface of the ground."""
+    """The flow rate, with quadrilaterals in columns from the base to the ground surface."""
     low_x, low_y, high_x, high_y = model["domain_polygon"].bounds
     ground, size = np.array(model["ground_surface"].coords), scene["size"]
     across, up = (1 + round((high - low) / size) for low, high in ((low_x, high_x), (low_y, high_y)))

@@ -1,4 +1,4 @@
-"""A program against another one, as before and after a change: the same decks in turns."""
+"""Comparison of two versions of the program, such as before and after a change: the same decks, run alternately."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SPLINES = ("SPLINE2 POINTS", "SPLINE2 CELL", "SPLINE2G POINTS", "SPLINE2G CELL",
 
 
 def compared(bench: Bench) -> list[Deck]:
-    """Decks of all that is compared: plane bodies, a slice in 3D, splines in space."""
+    """Decks of the comparison: plane bodies, a slice in 3D, splines in 3D."""
     if bench.quick:
         return [scene("oedometer"), block("splines in 3D, SPLINE2 CELL", "3D", 3, 27, METHODS["SPLINE2 CELL"], 2)]
     return [scene("slope, grid", NO_HOLD, file="slope_grid.inp"),
@@ -25,14 +25,14 @@ def compared(bench: Bench) -> list[Deck]:
 
 
 def against(bench: Bench) -> Result:
-    """CPU seconds of another program over those of this one, each the least of its runs."""
+    """CPU seconds of another program over those of this one, the minimum of the runs of each."""
     if bench.against is None:
-        raise BenchError("against wants --against PROGRAM, the program to compare with")
+        raise BenchError("against requires --against PROGRAM, the program to compare with")
     samples = bench.times_against(compared(bench))
     table = Table("against", ["scene", "equations", "iterations", "of the other", "CPU s", "of the other", "times as fast",
                               "evaluation s", "of the other", "times as fast"],
-                  title="This program and another one, in turns",
-                  note="CPU seconds are the least of the runs of each program.")
+                  title="This program and another one, alternately",
+                  note="CPU seconds are the minimum of the runs of each program.")
     for deck in compared(bench):
         mine, other = samples[deck.name], samples[f"{deck.name} against"]
         least = [min(run.cpu for run in runs) for runs in (mine, other)]

@@ -27,16 +27,16 @@ QUICK_MODELS = {"PLANE STRAIN": (8, 9), "AXISYMMETRIC": (8, 9), "3D": (3, 27)}
 
 
 def kernels(bench: Bench) -> Result:
-    """Point-iterations a CPU second by basis, integration and dimension."""
+    """Point-iterations per CPU second by basis, integration and dimension."""
     models = QUICK_MODELS if bench.quick else MODELS
     decks = [block(f"{model} {name}", model, cells, points, method, 2 if bench.quick else 5)
              for model, (cells, points) in models.items() for name, method in METHODS.items()]
     samples = bench.times_against(decks)
     table = Table("rates", ["model", "basis, integration", "points", "iterations", "CPU s",
                             "million point-iterations / CPU s", "ns / stress update in the evaluation"],
-                  title="Whole process: Mohr-Coulomb block under its own weight",
-                  note="Point-iterations: material points times Newton iterations, start-up and output of the "
-                       "process included. CELL updates stresses at Gauss points of full cells and at the material "
+                  title="Whole process: Mohr-Coulomb block under self-weight",
+                  note="Point-iterations: material points times Newton iterations, with start-up and output of the "
+                       "process. CELL updates stresses at Gauss points of full cells and at the material "
                        "points of the others; the last column counts those.")
     if bench.against:
         table.columns.append("CPU s of the other / CPU s")
@@ -54,7 +54,7 @@ def kernels(bench: Bench) -> Result:
         names.append(deck.name)
         rates.append(rate.median)
     if bench.figures:
-        charts.bars(bench.figures / "bench_kernels.svg", names, rates, "million point-iterations a CPU second")
+        charts.bars(bench.figures / "bench_kernels.svg", names, rates, "million point-iterations per CPU second")
     result = Result("kernels", [table])
     program = bench.program.parent / "bench_kernels"
     if program.exists():
@@ -63,13 +63,13 @@ def kernels(bench: Bench) -> Result:
 
 
 def split(name: str) -> tuple[str, str]:
-    """Model and method of a name of this study."""
+    """Model and method for a name of this study."""
     model = next(model for model in MODELS if name.startswith(model + " "))
     return model, name[len(model) + 1:]
 
 
 def sizes(bench: Bench) -> dict[str, list[int]]:
-    """Cells along an edge: 9 points a cell in the plane, 8 in 3D."""
+    """Cells along an edge: 9 points per cell in 2D, 8 in 3D."""
     if bench.quick:
         return {"PLANE STRAIN": [11, 22, 33], "3D": [5, 7, 9]}
     plane, solid = [11, 33, 105, 200, 333], [5, 8, 13, 20, 30]
@@ -77,13 +77,13 @@ def sizes(bench: Bench) -> dict[str, list[int]]:
 
 
 def size(bench: Bench) -> Result:
-    """Cost and memory against the number of points: one elastic step, solver by choice."""
+    """Cost and memory against the number of points: one elastic step, default solver."""
     table = Table("sizes", ["model", "points", "equations", "solver", "CPU s", "without factorisation and solves",
                             "factorisation GF/s", "MiB", "bytes / point", "bytes / equation",
                             "memory / (factor + 600 B a point)"],
                   title="Elastic block, one load step, full Newton, no empty cells",
-                  note="Bytes: the largest memory of the process less that of the smallest row's process. The factor: its "
-                       "entries as the solver tells them, 4 bytes each in single precision and incomplete factors, 8 else; "
+                  note="Bytes: the peak memory of the process minus that of the process of the smallest row. Factor: its "
+                       "entries as reported by the solver, 4 bytes each in single precision and incomplete factors, otherwise 8; "
                        "target 1.3.")
     result, lines = Result("size", [table]), []
     for model, edges in sizes(bench).items():
@@ -105,9 +105,9 @@ def size(bench: Bench) -> Result:
             costs.append(cpu(runs).median)
             lean.append(rest.median)
         result.remarks.append(
-            f"{model}: CPU seconds grow with the number of points to the power "
+            f"{model}: CPU seconds increase with the number of points to the power "
             f"{fitted_exponent(counts[1:], costs[1:]):.2f}, without factorisation and solves "
-            f"{fitted_exponent(counts[1:], lean[1:]):.2f} (least squares, the smallest size left out).")
+            f"{fitted_exponent(counts[1:], lean[1:]):.2f} (least squares, without the smallest size).")
         lines += [(model, counts, costs, "o-"), (f"{model}, without factorisation and solves", counts, lean, "o--")]
     if bench.figures:
         charts.log_lines(bench.figures / "bench_size.svg", lines, "material points", "CPU seconds, one elastic step")
@@ -115,13 +115,13 @@ def size(bench: Bench) -> Result:
 
 
 def expected_bytes(figures: dict) -> float:
-    """Bytes of the factor and 600 a material point."""
+    """Bytes of the factor and 600 per material point."""
     short = any(word in figures["solver"] for word in ("single", "IC(0)", "ILU(0)"))
     return (4 if short else 8) * figures["factor_entries"] + 600 * figures["points"]
 
 
 def factor_rate(run: Sample) -> float:
-    """Operations of the factorisations over their CPU seconds [GF/s]."""
+    """Operations of the factorisations divided by their CPU seconds [GF/s]."""
     seconds = run.figures["parts"]["factorisation"]["cpu_seconds"]
     return run.figures["factor_operations"] / max(seconds, 1e-6) * 1e-9
 
@@ -156,24 +156,24 @@ def empty(bench: Bench) -> Result:
                   memory_mib(other), growth)
         bars[f"{name}, time"], bars[f"{name}, memory"] = Spread.of(ratios).median, growth
         worst = max(Spread.of(ratios).median, growth)
-        result.remarks.append(f"{name}: target at most 1.05 for time and memory, the larger is {worst:.2f}: "
+        result.remarks.append(f"{name}: target at most 1.05 for time and memory, the larger ratio is {worst:.2f}: "
                               f"{'met' if worst <= 1.05 else 'missed'}.")
     if bench.figures:
         charts.bars(bench.figures / "bench_empty.svg", list(bars), list(bars.values()),
-                    "domain ten times larger / domain as it is", (1.05, "target: at most 1.05"))
+                    "domain ten times larger / original domain", (1.05, "target: at most 1.05"))
     return result
 
 
 def million(bench: Bench) -> Result:
-    """A million material points in 3D, one elastic step with the iterative solver, written and restarted."""
+    """A million material points in 3D, one elastic step with the iterative solver, with output and restart."""
     card = bench.krylov()
     cells = 12 if bench.quick else 50
     if card is None and not bench.quick:
         return Result("million", remarks=["Not run: this build of the program has no iterative solver (*SOLVER); the "
-                                          "factor of 400 000 equations in 3D does not belong in memory."])
+                                          "factor of 400 000 equations in 3D is too large for the memory."])
     deck = block("million", "3D", cells, 8, STANDARD, 1, material=ELASTIC, wide=1.0, solver=card or "", output=True)
     table = Table("million", ["run", "points", "equations", "iterations", "CPU s", "wall s", "GiB", "output, CPU s"],
-                  title="HEX8, 8 points a cell, elastic, full Newton, results and restart file written")
+                  title="HEX8, 8 points per cell, elastic, full Newton, results and restart file written")
     first = run_deck(deck, bench.program, bench.root)
     assert first.directory is not None
     again = run_deck(Deck("million, restarted", text=deck.text), bench.program, bench.root,

@@ -1,4 +1,4 @@
-"""Charts of the measurements as small SVG files that come out the same for the same figures."""
+"""Charts of the measurements as small SVG files that are identical for identical values."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def save(figure: plt.Figure, path: Path) -> Path:
 
 
 def log_lines(path: Path, lines: list[Line], x: str, y: str, title: str = "") -> Path:
-    """Lines (label, xs, ys, format) in log-log axes; without a label a line has no entry in the legend."""
+    """Lines (label, xs, ys, format) in log-log axes; a line without a label has no entry in the legend."""
     figure, axes = plt.subplots(figsize=(6.0, 4.0))
     for label, xs, ys, style in lines:
         axes.loglog(xs, ys, style, label=label or None, markersize=4.5, linewidth=1.2)
@@ -44,7 +44,7 @@ def log_lines(path: Path, lines: list[Line], x: str, y: str, title: str = "") ->
 
 
 def stacked(path: Path, names: list[str], parts: dict[str, list[float]], x: str) -> Path:
-    """One horizontal bar a name, cut into parts."""
+    """One horizontal bar for each name, divided into parts."""
     figure, axes = plt.subplots(figsize=(7.0, 0.45 * len(names) + 1.5), layout="constrained")
     left = [0.0] * len(names)
     colours = [*(f"C{i}" for i in range(10)), "black"]
@@ -59,7 +59,7 @@ def stacked(path: Path, names: list[str], parts: dict[str, list[float]], x: str)
 
 
 def bars(path: Path, names: list[str], values: list[float], x: str, limit: tuple[float, str] | None = None) -> Path:
-    """One horizontal bar a name with its figure, and the line of a target."""
+    """One horizontal bar for each name with its value, and the line of a target."""
     figure, axes = plt.subplots(figsize=(6.4, 0.32 * len(names) + 1.4), layout="constrained")
     drawn: Any = axes.barh(names, values, color="tab:blue")
     axes.bar_label(drawn, labels=[f" {significant(value)}" for value in values], fontsize=8)

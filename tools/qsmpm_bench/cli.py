@@ -1,4 +1,4 @@
-"""The command `tools/bench`: one subcommand a study; each prints Markdown and writes Markdown and CSV."""
+"""The command `tools/bench`: one subcommand for each study; each prints Markdown and writes Markdown and CSV."""
 
 from __future__ import annotations
 
@@ -20,58 +20,58 @@ from qsmpm_verify.results import ResultError
 
 Study = Callable[[Bench], Result]
 STUDIES: dict[str, tuple[Study, str]] = {
-    "kernels": (blocks.kernels, "point-iterations a CPU second by basis and dimension"),
-    "parts": (shares.parts, "share of the time a part; rate of the factorisation against dgemm"),
-    "solvers": (shares.solvers, "what build/bench_solvers prints"),
+    "kernels": (blocks.kernels, "point-iterations per CPU second by basis and dimension"),
+    "parts": (shares.parts, "share of the time for each part; rate of the factorisation compared with dgemm"),
+    "solvers": (shares.solvers, "output of build/bench_solvers"),
     "size": (blocks.size, "cost and memory against the number of points"),
-    "memory": (blocks.size, "the same as size: bytes a point and an equation"),
-    "threads": (shares.threads, "one and two threads: wall seconds and the same bytes"),
-    "scene": (shares.scene_study, "the model chosen for a scene against its plane twin and its slice in 3D"),
+    "memory": (blocks.size, "as size: bytes per point and per equation"),
+    "threads": (shares.threads, "one and two threads: wall-clock seconds and identity of the results"),
+    "scene": (shares.scene_study, "the model selected for a scene, its plane equivalent and its 3D slice"),
     "empty": (blocks.empty, "the same scene in a domain ten times larger"),
     "million": (blocks.million, "a million points in 3D"),
-    "against": (against.against, "this program and another one (--against PROGRAM), in turns: which is faster, scene by scene"),
-    "peers": (peers.peers, "three scenes beside Kratos, one beside xslope (tools/setup --peers)"),
+    "against": (against.against, "this program and another one (--against PROGRAM), alternately: speed for each scene"),
+    "peers": (peers.peers, "three scenes compared with Kratos, one with xslope (tools/setup --peers)"),
 }
 #: `all`: every study once; what bench_solvers prints stands in a section of the page that is written by hand.
 ALL = ["parts", "kernels", "size", "threads", "scene", "empty", "million", "peers"]
 
 
 def parser() -> argparse.ArgumentParser:
-    """Words of the command line."""
+    """Arguments of the command line."""
     main = argparse.ArgumentParser(prog="bench", description=__doc__)
     verbs = main.add_subparsers(dest="study", required=True, metavar="STUDY")
     for name, text in [("all", f"{', '.join(ALL)}"), *((name, text) for name, (_, text) in STUDIES.items())]:
         verb = verbs.add_parser(name, help=text)
-        verb.add_argument("--repeat", type=int, default=3, help="runs of each figure (3): medians and spreads")
-        verb.add_argument("--quick", action="store_true", help="small scenes: does it work")
-        verb.add_argument("--program", type=Path, default=TOP / "build" / "qsmpm", help="the program to measure")
-        verb.add_argument("--against", type=Path, help="against, kernels, parts: another program, run in turn with it")
+        verb.add_argument("--repeat", type=int, default=3, help="number of runs for each value (default 3): medians and spreads")
+        verb.add_argument("--quick", action="store_true", help="small scenes, as a functional test")
+        verb.add_argument("--program", type=Path, default=TOP / "build" / "qsmpm", help="program to measure")
+        verb.add_argument("--against", type=Path, help="for against, kernels, parts: another program, run alternately with it")
         verb.add_argument("--out", type=Path, default=TOP / "build" / "bench", help="folder of runs, Markdown and CSV")
-        verb.add_argument("--json", type=Path, help="write the figures to a file as well")
+        verb.add_argument("--json", type=Path, help="also write the results to a file")
         verb.add_argument("--markdown", type=Path, metavar="PAGE",
-                          help="write into the sections of a page, as docs/data/performance.md is")
-        verb.add_argument("--figures", type=Path, help="draw charts into a folder, as docs/figures is")
+                          help="write the sections of a page in the format of docs/data/performance.md")
+        verb.add_argument("--figures", type=Path, help="write charts to a folder, such as docs/figures")
     return main
 
 
 def heading(words: argparse.Namespace, name: str, load: float, seconds: float) -> str:
-    """How the figures came about."""
+    """How the results were obtained."""
     command = f"tools/bench {name} --repeat {words.repeat}" + (" --quick" if words.quick else "")
     version = subprocess.run([str(words.program), "--version"], capture_output=True, text=True, check=False).stdout
-    text = (f"`{command}`: medians of {words.repeat} (smallest-largest), one thread unless said; {version.strip()}; "
+    text = (f"`{command}`: medians of {words.repeat} (smallest-largest), one thread unless stated; {version.strip()}; "
             f"{processor()}, {os.cpu_count()} cores, load average {load:.2f} at the start, {seconds:.0f} s.")
     warning = load_warning(load)
     return f"{text} **{warning[0].upper()}{warning[1:]}.**" if warning else text
 
 
 def run(words: argparse.Namespace) -> None:
-    """Make the studies, print and write them."""
+    """Run the studies, print and write their results."""
     if words.repeat < 1:
-        raise BenchError("--repeat wants a number from 1")
+        raise BenchError("--repeat must be at least 1")
     if not words.program.exists():
-        raise BenchError(f"{words.program} is not there: build it first")
+        raise BenchError(f"{words.program} not found: build it first")
     if not knows(words.program, "--profile"):
-        raise BenchError(f"{words.program} has no --profile")
+        raise BenchError(f"{words.program} does not support --profile")
     bench = Bench(words.program.resolve(), words.out / "runs", words.repeat, words.quick, words.against, words.figures)
     figures = {}
     for name in ALL if words.study == "all" else [words.study]:
@@ -92,7 +92,7 @@ def run(words: argparse.Namespace) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Exit code 0 when the figures are there, 2 when they cannot be had."""
+    """Exit code 0 if the results are available, 2 if they cannot be obtained."""
     words = parser().parse_args(arguments)
     try:
         run(words)

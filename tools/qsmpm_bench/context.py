@@ -1,4 +1,4 @@
-"""What every study is given: the program, how often, how much, where to."""
+"""Settings of a study: the program, number of runs, size, output folder."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from qsmpm_bench.measure import BenchError, Deck, Sample, interleave, run_deck
 
 @dataclass
 class Bench:
-    """Settings of one call."""
+    """Settings of one invocation."""
 
     program: Path
     root: Path
@@ -26,11 +26,11 @@ class Bench:
     peers_python: Path = field(default=TOP / ".venv-peers" / "bin" / "python")
 
     def tell(self, text: str) -> None:
-        """Progress, on the error output."""
+        """Progress on the error output."""
         print(text, file=sys.stderr, flush=True)
 
     def times(self, decks: list[Deck], threads: int = 1, timeout: float = 3600.0) -> dict[str, list[Sample]]:
-        """Run the decks in turn, each `repeat` times."""
+        """Run the decks alternately, each `repeat` times."""
         return interleave({deck.name: self.job(deck, threads, timeout) for deck in decks}, self.repeat, self.tell)
 
     def job(self, deck: Deck, threads: int = 1, timeout: float = 3600.0) -> Callable[[], Sample]:
@@ -38,7 +38,7 @@ class Bench:
         return lambda: run_deck(deck, self.program, self.root / f"threads_{threads}", threads, timeout)
 
     def times_against(self, decks: list[Deck]) -> dict[str, list[Sample]]:
-        """The same decks with the other program between the runs of this one; names end in `against`."""
+        """The same decks with the other program, alternating with the runs of this one; names end in `against`."""
         if self.against is None:
             return self.times(decks)
         other, profile = self.against, knows(self.against, "--profile")
@@ -49,12 +49,12 @@ class Bench:
         return interleave(jobs, self.repeat, self.tell)
 
     def help(self, keyword: str) -> str:
-        """What the program says of a keyword."""
+        """Help of the program on a keyword."""
         return subprocess.run([str(self.program), "help", *keyword.split()], capture_output=True, text=True,
                               check=False).stdout
 
     def krylov(self) -> str | None:
-        """The card that asks for the iterative solver, None when the program has none."""
+        """The keyword line for the iterative solver, None if the program has none."""
         for line in self.help("SOLVER").splitlines():
             name, equals, values = line.strip().partition("=")
             if equals and "KRYLOV" in values.split(":")[0].split("|"):
@@ -63,7 +63,7 @@ class Bench:
 
 
 def knows(program: Path, option: str) -> bool:
-    """Whether a program tells of an option."""
+    """Whether the help of a program lists an option."""
     try:
         text = subprocess.run([str(program), "help"], capture_output=True, text=True, check=False).stdout
     except OSError as error:

@@ -1,4 +1,4 @@
-"""What the machine can do at the time of the measurements: the rate of its matrix product."""
+"""Performance of the machine at the time of the measurements: the rate of its matrix product."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROW_MAJOR, NO_TRANSPOSE = 101, 111
 
 
 def blas_of(program: Path) -> str:
-    """The OpenBLAS that a program is linked with."""
+    """The OpenBLAS library with which a program is linked."""
     text = subprocess.run(["ldd", str(program)], capture_output=True, text=True, check=False).stdout
     for line in text.splitlines():
         if "openblas" in line and "=>" in line:
@@ -25,7 +25,7 @@ def blas_of(program: Path) -> str:
 
 
 def dgemm_rate(library: str, n: int = 1500, turns: int = 5) -> float:
-    """GF/s of dgemm with one thread, the best of some turns."""
+    """GF/s of dgemm with one thread, the best of several repetitions."""
     blas = ctypes.CDLL(library)
     blas.openblas_set_num_threads(1)
     pointer = ctypes.POINTER(ctypes.c_double)

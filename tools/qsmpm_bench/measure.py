@@ -1,4 +1,4 @@
-"""Run processes and measure them: CPU seconds of the whole process, wall seconds, memory, the profile it writes."""
+"""Run processes and measure them: CPU seconds of the whole process, wall-clock seconds, memory, the profile."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ QUIET = 0.5
 
 
 class BenchError(Exception):
-    """A measurement cannot be made."""
+    """A measurement failed."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """One process that has ended as it should."""
+    """One successful process."""
 
     cpu: float
     wall: float
     memory: int
     figures: dict[str, Any] = field(default_factory=dict)
-    """profile.json of QSMPM, or what a peer's script prints."""
+    """profile.json of QSMPM, or the output of a script for another program."""
     directory: Path | None = None
 
 
 def process(command: list[str], log: Path, threads: int = 1, timeout: float = 3600.0) -> tuple[float, float, int]:
-    """CPU seconds, wall seconds and exit code of a process; one that runs out of time is an error."""
+    """CPU seconds, wall-clock seconds and exit code of a process; exceeding the time limit is an error."""
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads),
                    "MKL_NUM_THREADS": "1", "LC_ALL": "C.UTF-8"}
     late = threading.Event()
@@ -65,7 +65,7 @@ def process(command: list[str], log: Path, threads: int = 1, timeout: float = 36
 
 @dataclass(frozen=True)
 class Deck:
-    """A deck to be timed: a file with replacements, or a text."""
+    """A deck to be measured: a file with replacements, or a text."""
 
     name: str
     path: Path | None = None
@@ -73,7 +73,7 @@ class Deck:
     text: str = ""
 
     def write(self, folder: Path) -> Path:
-        """Put the deck into an empty folder; a replacement that hits nothing is an error."""
+        """Write the deck to an empty folder; a replacement without a match is an error."""
         if self.path is None:
             copy = folder / f"{self.name}.inp"
             copy.write_text(self.text, encoding="utf-8")
@@ -86,7 +86,7 @@ class Deck:
 
 def run_deck(deck: Deck, program: Path, root: Path, threads: int = 1, timeout: float = 3600.0,
              profile: bool = True, restart: Path | None = None) -> Sample:
-    """Run a deck in a folder of its own; anything but exit code 0 is an error."""
+    """Run a deck in its own folder; any exit code other than 0 is an error."""
     folder = root / deck.name
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "deck").mkdir(parents=True)
@@ -104,7 +104,7 @@ def run_deck(deck: Deck, program: Path, root: Path, threads: int = 1, timeout: f
 
 
 def run_script(command: list[str], log: Path, timeout: float) -> Sample:
-    """Run a peer's script: its last line is a JSON object."""
+    """Run a script for another program: its last line is a JSON object."""
     log.parent.mkdir(parents=True, exist_ok=True)
     cpu, wall, code = process(command, log, 1, timeout)
     line = last_line(log)
@@ -113,13 +113,13 @@ def run_script(command: list[str], log: Path, timeout: float) -> Sample:
     try:
         figures = json.loads(line)
     except ValueError as error:
-        raise BenchError(f"{' '.join(command)}: its last line is no JSON: {line[:80]}") from error
+        raise BenchError(f"{' '.join(command)}: its last line is not JSON: {line[:80]}") from error
     return Sample(cpu, wall, int(figures.get("peak_memory_bytes", 0)), figures)
 
 
 def interleave(jobs: Mapping[str, Callable[[], Sample]], repeat: int,
                tell: Callable[[str], None] = lambda text: None) -> dict[str, list[Sample]]:
-    """All jobs in turn, `repeat` times over, so that a change of the machine meets all of them alike."""
+    """All jobs alternately, `repeat` times, so that changes of the machine load affect all equally."""
     samples: dict[str, list[Sample]] = {name: [] for name in jobs}
     for turn in range(repeat):
         for name, job in jobs.items():
@@ -130,7 +130,7 @@ def interleave(jobs: Mapping[str, Callable[[], Sample]], repeat: int,
 
 @dataclass(frozen=True)
 class Spread:
-    """Median of some figures, with the smallest and the largest."""
+    """Median of some values, with the minimum and the maximum."""
 
     median: float
     low: float
@@ -138,14 +138,14 @@ class Spread:
 
     @staticmethod
     def of(values: Iterable[float]) -> Spread:
-        """Of one figure or more."""
+        """Of one value or more."""
         ordered = sorted(values)
         if not ordered:
-            raise BenchError("no figure to take the median of")
+            raise BenchError("no values for a median")
         return Spread(statistics.median(ordered), ordered[0], ordered[-1])
 
     def text(self, digits: int = 3) -> str:
-        """`1.23 (1.20-1.31)`, or the figure alone when all are the same."""
+        """`1.23 (1.20-1.31)`, or the value alone if all are the same."""
         figure = significant(self.median, digits)
         if self.low == self.high:
             return figure
@@ -153,7 +153,7 @@ class Spread:
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """A number with so many significant digits, without exponent between 1e-4 and 1e6."""
+    """A number with a given number of significant digits, without exponent between 1e-4 and 1e6."""
     if value == 0 or not 1e-4 <= abs(value) < 1e6:
         return f"{value:.{digits - 1}e}" if value else "0"
     text = f"{value:.{digits}g}"
@@ -166,16 +166,16 @@ def cpu(samples: Iterable[Sample]) -> Spread:
 
 
 def memory_mib(samples: Iterable[Sample]) -> float:
-    """Largest memory of some runs [MiB]."""
+    """Peak memory of some runs [MiB]."""
     return max(sample.memory for sample in samples) / 2**20
 
 
 def fitted_exponent(sizes: list[float], costs: list[float]) -> float:
-    """Slope of the least-squares line through log(cost) over log(size)."""
+    """Slope of the least-squares line of log(cost) over log(size)."""
     import numpy as np
 
     if len(sizes) < 2:
-        raise BenchError("an exponent needs two sizes")
+        raise BenchError("an exponent requires two sizes")
     return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])
 
 
@@ -188,5 +188,5 @@ def processor() -> str:
 
 
 def load_warning(load: float) -> str:
-    """A sentence when others use the machine, empty when it is quiet."""
-    return f"load average {load:.2f} at the start: others used the machine" if load > QUIET else ""
+    """A sentence if other processes use the machine, otherwise empty."""
+    return f"load average {load:.2f} at the start: other processes used the machine" if load > QUIET else ""

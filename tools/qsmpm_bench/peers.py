@@ -1,4 +1,4 @@
-"""Three scenes in QSMPM and in the MPM application of Kratos Multiphysics, and a factor of safety beside xslope, on one thread."""
+"""Three scenes in QSMPM and in the MPM application of Kratos Multiphysics, and a factor of safety compared with xslope, on one thread."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ GAMMAS = (10.0, 30.0, 50.0, 100.0)
 def peers(bench: Bench) -> Result:
     """All scenes."""
     if not bench.peers_python.exists():
-        raise BenchError(f"{bench.peers_python} is not there: run tools/setup --peers first")
+        raise BenchError(f"{bench.peers_python} not found: run tools/setup --peers first")
     result = Result("peers")
     for study in (column, cantilever, slope, factor):
         study(bench, result)
@@ -46,20 +46,20 @@ def kratos(bench: Bench, script: str, *words: Any, timeout: float = 1800.0) -> C
 
 
 def verdict(held: bool) -> str:
-    """Of a target."""
+    """Whether a target is met."""
     return "met" if held else "missed"
 
 
 def column_deck(cells: int) -> Deck:
-    """The column on so many cells by the method that follows it best."""
+    """The column with a number of cells by the most accurate method."""
     return scene(f"column {cells}", ("Y, 0, 50, 16", f"Y, 0, 50, {cells}"),
                  ("BASIS=STANDARD, STABILISATION=NONE", "BASIS=SPLINE2G, INTEGRATION=CELL"),
                  ("PER ELEMENT=4", "PER ELEMENT=36"), folder=CASES, file="column_grid.inp")
 
 
 def own_errors(runs: list[Sample]) -> tuple[float, float]:
-    """Stress error of a column weighted with the volumes at the start, and with those at the end over the sum at
-    the start."""
+    """Stress error of a column weighted with the initial volumes, and with the final ones over the sum of the initial
+    ones."""
     points = read_points(folder_of(runs))
     start = points.field("position")[:, 1] - points.field("displacement")[:, 1]
     distance = np.abs(points.field("stress")[:, 1] + WEIGHT * (HEIGHT - start)) / (WEIGHT * HEIGHT)
@@ -77,8 +77,8 @@ def column(bench: Bench, result: Result) -> None:
     table = Table("column", ["program", "points", "iterations", "CPU s", "stress error", "with volumes of the end"],
                   title="Self-weight column: 50 m, E = 10 kPa, nu = 0, 0.8 kN/m3, 40 steps",
                   note="QSMPM: `verification/cases/decks/column_grid.inp` with BASIS=SPLINE2G, INTEGRATION=CELL. "
-                       "Error: mean of |s - s(X)| over rho g l0, weighted with the volumes at the start, or "
-                       "with those at the end over the sum at the start. Kratos is neo-Hookean, QSMPM Hencky; the "
+                       "Error: mean of |s - s(X)| over rho g l0, weighted with the initial volumes, or "
+                       "with the final ones over the sum of the initial ones. Kratos is neo-Hookean, QSMPM Hencky; the "
                        "exact stress is the same.")
     errors: dict[str, float] = {}
     for name, runs in samples.items():
@@ -92,9 +92,9 @@ def column(bench: Bench, result: Result) -> None:
     ours = min((name for name in own if cpu(samples[name]).median <= limit), key=lambda name: errors[name], default="")
     gain = errors[best] / errors[ours] if ours else 0.0
     result.remarks.append(
-        f"Column: best of Kratos {significant(errors[best])} in {limit:.2f} s CPU ({best}); "
-        + (f"{ours} in no more: {significant(errors[ours])}, {gain:.0f} times less; " if ours else
-           "no run of QSMPM took no more; ")
+        f"Column: best result of Kratos {significant(errors[best])} in {limit:.2f} s CPU ({best}); "
+        + (f"{ours} in no more time: {significant(errors[ours])}, {gain:.0f} times less; " if ours else
+           "no run of QSMPM was as short; ")
         + f"target 100 times: {verdict(gain >= 100)}.")
     if bench.figures:
         def line(names: list[str]) -> tuple[list[float], list[float]]:
@@ -109,7 +109,7 @@ def column(bench: Bench, result: Result) -> None:
 
 
 def cantilever(bench: Bench, result: Result) -> None:
-    """Point-iterations a CPU second of a beam bent by more than its length."""
+    """Point-iterations per CPU second of a beam with a deflection larger than its length."""
     steps = (("STEPS=50", "STEPS=5"),) if bench.quick else ()
     deck = scene("cantilever", *steps, file="cantilever_paper.inp")
     samples = interleave({"Kratos": kratos(bench, "kratos_cantilever.py", 0.25, 36), "QSMPM": bench.job(deck)},
@@ -118,7 +118,7 @@ def cantilever(bench: Bench, result: Result) -> None:
                                  "tip down m", "tip inward m", "MiB"],
                   title="Cantilever: 10 m by 1 m, E = 12 MPa, nu = 0.2, 100 kN, h = 0.25, 36 points a cell, 50 steps",
                   note="QSMPM: `input/cantilever_paper.inp`. FEM with 8-node cells and Hencky's law gives 8.2537 and 5.5399; "
-                       "Kratos is neo-Hookean and takes the mean of the outermost points.")
+                       "for Kratos (neo-Hookean) the mean of the outermost points is given.")
     rates = {}
     for name, runs in samples.items():
         figures = runs[0].figures
@@ -134,7 +134,7 @@ def cantilever(bench: Bench, result: Result) -> None:
     result.tables.append(table)
     ratio = rates["QSMPM"] / rates["Kratos"]
     result.remarks.append(
-        f"Cantilever: {ratio:.1f} times Kratos' point-iterations a CPU second, target 10: {verdict(ratio >= 10)}; "
+        f"Cantilever: {ratio:.1f} times the point-iterations of Kratos per CPU second, target 10: {verdict(ratio >= 10)}; "
         f"{rates['QSMPM']:.2f} million, target 1.3: {verdict(rates['QSMPM'] >= 1.3)}.")
     if bench.figures:
         charts.bars(bench.figures / "bench_cantilever.svg", list(rates), list(rates.values()),
@@ -142,7 +142,7 @@ def cantilever(bench: Bench, result: Result) -> None:
 
 
 def slope_deck(bench: Bench) -> Deck:
-    """The slope of E = 50 kPa on cells of 0.125 m to gamma = 100 kN/m3."""
+    """The slope of E = 50 kPa with cells of 0.125 m up to gamma = 100 kN/m3."""
     shorter = (("LOAD FACTOR=100", "LOAD FACTOR=10"), ("STEPS=100", "STEPS=10")) if bench.quick else ()
     return scene("slope", NO_HOLD, ("X, 0, 5, 50", "X, 0, 5, 40"), ("Y, 0, 1, 10", "Y, 0, 1, 8"),
                  ("*ELASTIC\n200, 0.33", "*ELASTIC\n50, 0.33"), ("FACTOR=0.002", "FACTOR=0.01"), *shorter,
@@ -150,7 +150,7 @@ def slope_deck(bench: Bench) -> Deck:
 
 
 def slope(bench: Bench, result: Result) -> None:
-    """CPU seconds to carry the slope of the paper through failure."""
+    """CPU seconds to load the slope of the paper beyond failure."""
     jobs = {"QSMPM, quasi-static": bench.job(slope_deck(bench)),
             "Kratos, quasi-static, 200 steps": kratos(bench, "kratos_slope.py", "static", 0.125)}
     dynamic = "Kratos, dynamic over 10 s, 5000 steps"
@@ -176,10 +176,10 @@ def slope(bench: Bench, result: Result) -> None:
     if bench.quick:
         return
     if samples[dynamic][0].figures["reached"] < 100.0:
-        result.remarks.append("Slope: the dynamic way round did not reach gamma = 100.")
+        result.remarks.append("Slope: the dynamic analysis did not reach gamma = 100.")
         return
     ratio = cpu(samples[dynamic]).median / cpu(samples["QSMPM, quasi-static"]).median
-    result.remarks.append(f"Slope: the dynamic way round takes {ratio:.0f} times the CPU seconds of QSMPM, target 20: "
+    result.remarks.append(f"Slope: the dynamic analysis takes {ratio:.0f} times the CPU seconds of QSMPM, target 20: "
                           f"{verdict(ratio >= 20)}.")
     if bench.figures:
         charts.bars(bench.figures / "bench_slope.svg", [f"{name} (to {row[4]:g})" for name, row in
@@ -188,7 +188,7 @@ def slope(bench: Bench, result: Result) -> None:
 
 
 def factor(bench: Bench, result: Result) -> None:
-    """Factor of safety of a slope by a deck that names no method, and by slip circles."""
+    """Factor of safety of a slope with default settings, and by slip circles."""
     deck = scene("factor", ("*GRID, ELEMENT=QUAD4", "*GRID"), ("BASIS=SPLINE2G, INTEGRATION=CELL, ", ""), ("*POINTS, BODY=slope, PER ELEMENT=9\n", ""),
                  ("*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE\n", ""), folder=CASES, file="slope_safety.inp")
     jobs = {"QSMPM, by default": bench.job(deck)}
@@ -201,7 +201,7 @@ def factor(bench: Bench, result: Result) -> None:
     exact = slope_spiral_safety(unit_weight=15.0, cohesion=1.0, friction=25.0, angle=45.0, height=1.0)
     table = Table("factor", ["program", "CPU s", "factor", "error"],
                   title="Factor of safety: 45 degrees, c = 1 kPa, phi = psi = 25, 15 kN/m3; logarithmic spiral 1.1855",
-                  note="QSMPM: `verification/cases/decks/slope_safety.inp` without a method, 10 cells a height, last stable factor. "
+                  note="QSMPM: `verification/cases/decks/slope_safety.inp` without a method, 10 cells per height, last stable factor. "
                        "xslope: circles from a grid of centres, 40 slices.")
     for name, runs in samples.items():
         value = factor_of_safety(folder_of(runs), "factor") if name.startswith("QSMPM") else runs[0].figures["factor"]

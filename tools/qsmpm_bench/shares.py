@@ -1,4 +1,4 @@
-"""Studies on the decks of the tree: where the time goes, threads, the smallest model of a scene, linear solvers."""
+"""Studies on the decks of the tree: distribution of the CPU time, threads, the smallest model of a scene, linear solvers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ THREE_LAYERS = ("Z, 0, 0.07142857143, 1", "Z, 0, 0.07142857143, 3")
 
 
 def scenes(bench: Bench) -> list[Deck]:
-    """Decks whose time is cut into parts; the last is the slice in 3D."""
+    """Decks whose CPU time is divided into parts; the last is the slice in 3D."""
     if bench.quick:
         return [scene("oedometer"), first_steps("slope, grid", "slope_grid.inp", 4),
                 first_steps(SLICE, "slope_e200_coarse.inp", 2, ("Z, 0, 0.25, 1", "Z, 0, 0.25, 3"))]
@@ -37,15 +37,15 @@ def scenes(bench: Bench) -> list[Deck]:
 
 
 def parts(bench: Bench) -> Result:
-    """Share of the CPU seconds a part; in 3D the rate of the factorisation against the machine's matrix product."""
+    """Share of the CPU seconds for each part; in 3D the rate of the factorisation compared with the matrix product of the machine."""
     decks = scenes(bench)
     samples = bench.times_against(decks)
     table = Table("shares", ["scene", "points", "equations", "solver", "iterations", "evaluations", "CPU s",
                              *[f"{part} %" for part in PARTS]],
-                  title="Share of the CPU seconds a part",
+                  title="Share of the CPU seconds for each part",
                   note="Medians. The parts are those of `qsmpm run --profile`: analysis is the numbering of the "
-                       "equations, their order and the symbolic factorisation; step error measures the length of a "
-                       "step where the deck asks for it; control is the rest of a step.")
+                       "equations, their order and the symbolic factorisation; step error measures the error of a "
+                       "step if the deck requests it; control is the remainder of a step.")
     if bench.against:
         table.columns.append("CPU s of the other / CPU s")
     bars: dict[str, list[float]] = {part: [] for part in PARTS}
@@ -71,7 +71,7 @@ def share(run: Sample, part: str) -> float:
 
 
 def factor_table(bench: Bench, runs: list[Sample]) -> Table:
-    """Rate of the factorisation of the slice against dgemm, both with one thread, one after the other."""
+    """Rate of the factorisation of the slice compared with dgemm, both with one thread, one after the other."""
     rates = Spread.of(factor_rate(run) for run in runs)
     product = Spread.of(dgemm_rate(blas_of(bench.program)) for _ in range(3))
     figures = runs[0].figures
@@ -80,7 +80,7 @@ def factor_table(bench: Bench, runs: list[Sample]) -> Table:
                     [rates.median, product.median], "GF/s, one thread", (0.5 * product.median, "target: half of dgemm"))
     table = Table("factor", ["equations", "entries of the factor", "operations of one", "factorisation GF/s",
                              "dgemm GF/s", "ratio", "target"],
-                  title=f"{SLICE}: rate of the factorisation against the machine's matrix product")
+                  title=f"{SLICE}: rate of the factorisation and of the machine's matrix product")
     table.add(figures["equations"], figures["factor_entries"],
               figures["factor_operations"] / figures["factorisations"], rates, product,
               rates.median / product.median, ">= 0.5")
@@ -95,7 +95,7 @@ def solving_remark(runs: list[Sample]) -> str:
 
 
 def threads(bench: Bench) -> Result:
-    """One and two threads: wall seconds, and the same bytes."""
+    """One and two threads: wall-clock seconds, and whether the bytes of the results are identical."""
     decks = scenes(bench)
     if not bench.quick:
         decks += [block("block in the plane", "PLANE STRAIN", 70, 9, STANDARD, 10), block("cube", "3D", 13, 8, STANDARD, 5)]
@@ -116,7 +116,7 @@ def folder_of(runs: list[Sample]) -> Path:
     """Results of the last run."""
     directory = runs[-1].directory
     if directory is None:
-        raise BenchError("a run has left no results")
+        raise BenchError("a run has written no results")
     return directory
 
 
@@ -130,7 +130,7 @@ def same_bytes(one: Path, other: Path) -> bool:
 
 
 def scene_study(bench: Bench) -> Result:
-    """The model the program chooses against the plane twin and the same slice run in 3D, in one layer and in four."""
+    """The model selected by the program, its plane equivalent and the same slice run in 3D, in one layer and in four."""
     steps = 2 if bench.quick else 30
     auto = "slope_auto.inp"
     solid = ("TYPE=AUTO", "TYPE=3D")
@@ -142,7 +142,7 @@ def scene_study(bench: Bench) -> Result:
                             "last load factor", "settlement there", "largest difference of the curve",
                             "the same to load factor 20"],
                   title="The same slope as four models",
-                  note="Differences of the crest's settlement from that of the chosen model, relative to it, row by row.")
+                  note="Differences of the crest settlement from that of the chosen model, relative to it, row by row.")
     chosen = cpu(samples[decks[0].name]).median
     curve = read_curves(folder_of(samples[decks[0].name]))
     remarks = []
@@ -176,7 +176,7 @@ def difference(one: Curves, other: Curves, upto: float) -> float:
 
 
 def solvers(bench: Bench) -> Result:
-    """What build/bench_solvers prints."""
+    """Output of build/bench_solvers."""
     program = bench.program.parent / "bench_solvers"
     if not program.exists():
         return Result("solvers", remarks=["Not run: build it with `cmake --build build --target bench_solvers`."])

@@ -1,4 +1,4 @@
-"""Tables of figures as Markdown and CSV, and the sections of a page that the command writes."""
+"""Tables of results as Markdown and CSV, and the sections of a page that the command writes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Table:
     note: str = ""
 
     def add(self, *values: Any) -> None:
-        """One more row, as long as the headings."""
+        """Append a row, as long as the headings."""
         if len(values) != len(self.columns):
             raise BenchError(f"{self.name}: {len(values)} values under {len(self.columns)} headings")
         self.rows.append(list(values))
@@ -39,7 +39,7 @@ class Table:
         return "\n".join(lines) + "\n"
 
     def csv(self) -> str:
-        """Rows for programs: a Spread is its median, and two columns more with its smallest and largest."""
+        """Rows of the CSV file: a Spread is written as its median, with two more columns for its minimum and maximum."""
         wide = [any(isinstance(row[i], Spread) for row in self.rows) for i in range(len(self.columns))]
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
@@ -59,7 +59,7 @@ class Table:
 
 
 def shown(value: Any) -> str:
-    """A value as it stands in a table."""
+    """A value as text in a table."""
     if value is None:
         return "-"
     if isinstance(value, Spread):
@@ -73,13 +73,13 @@ def shown(value: Any) -> str:
 
 @dataclass
 class Result:
-    """What a subcommand has found."""
+    """Results of a subcommand."""
 
     name: str
     tables: list[Table] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     text: str = ""
-    """Output of another program, shown as it is."""
+    """Output of another program, printed verbatim."""
 
     def markdown(self) -> str:
         """Tables, remarks, text."""
@@ -91,7 +91,7 @@ class Result:
         return "\n".join(parts)
 
     def plain(self) -> dict[str, Any]:
-        """For a JSON file."""
+        """Data of a JSON file."""
         def cell(value: Any) -> Any:
             if isinstance(value, Spread):
                 return {"median": value.median, "smallest": value.low, "largest": value.high}
@@ -103,21 +103,21 @@ class Result:
 
 
 def section_marks(name: str) -> tuple[str, str]:
-    """The lines of a page between which a subcommand writes."""
+    """Marker lines of a page between which a subcommand writes."""
     return f"<!-- begin tools/bench {name} -->", f"<!-- end tools/bench {name} -->"
 
 
 def write_section(page: str, name: str, body: str) -> str:
-    """A page with the section of a subcommand replaced; a page without its marks is an error."""
+    """A page with the section of a subcommand replaced; a page without its markers is an error."""
     begin, end = section_marks(name)
     pattern = re.compile(re.escape(begin) + r"\n.*?" + re.escape(end), re.S)
     if len(pattern.findall(page)) != 1:
-        raise BenchError(f"the page has not exactly one section between '{begin}' and '{end}'")
+        raise BenchError(f"the page must have exactly one section between '{begin}' and '{end}'")
     return pattern.sub(lambda _: f"{begin}\n{body.strip()}\n{end}", page)
 
 
 def write_files(result: Result, folder: Path) -> list[Path]:
-    """NAME.md and a CSV file a table."""
+    """NAME.md and a CSV file for each table."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{result.name}.md"]
     paths[0].write_text(result.markdown(), encoding="utf-8")

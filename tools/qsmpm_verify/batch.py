@@ -16,59 +16,59 @@ from qsmpm_verify.trouble import Trouble
 
 
 def add_running_words(verb: argparse.ArgumentParser, out: str) -> None:
-    """Words of every verb that runs the program."""
-    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
+    """Arguments of every subcommand that runs the program."""
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="program to run")
     verb.add_argument("--out", type=Path, default=BUILD / out, help="folder of the runs")
     verb.add_argument(
         "--effort",
         choices=(*EFFORTS, "all"),
         default="quick",
-        help="small: only the small runs; quick: small and quick (default); long or all: everything",
+        help="small: small runs only; quick: small and quick runs (default); long or all: all runs",
     )
-    verb.add_argument("--quick", dest="effort", action="store_const", const="quick", help="the same as --effort quick")
-    verb.add_argument("--jobs", type=int, default=1, help="runs side by side")
-    verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
+    verb.add_argument("--quick", dest="effort", action="store_const", const="quick", help="equivalent to --effort quick")
+    verb.add_argument("--jobs", type=int, default=1, help="number of parallel runs")
+    verb.add_argument("--fresh", action="store_true", help="repeat runs that are already available")
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of `list` and `run`."""
-    verbs.add_parser("list", help="names and titles of all cases").set_defaults(act=list_cases)
-    verb = verbs.add_parser("run", help="run cases and compare them with references; finished runs are used again")
-    verb.add_argument("cases", nargs="*", help="names, files or patterns; all when none is given")
+    """Arguments of `list` and `run`."""
+    verbs.add_parser("list", help="list names and titles of all cases").set_defaults(act=list_cases)
+    verb = verbs.add_parser("run", help="run cases and compare them with references; finished runs are reused")
+    verb.add_argument("cases", nargs="*", help="names, files or patterns; default all")
     add_running_words(verb, "verify")
-    verb.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/data/verification.md is")
-    verb.add_argument("--json", type=Path, help="write the figures to a file as well")
+    verb.add_argument("--markdown", type=Path, help="write the results as a page in the format of docs/data/verification.md")
+    verb.add_argument("--json", type=Path, help="also write the results to a file")
     verb.set_defaults(act=run_cases)
 
 
 def efforts_up_to(effort: str) -> tuple[str, ...]:
-    """Efforts that a choice includes."""
+    """Efforts included in a choice."""
     return EFFORTS if effort == "all" else EFFORTS[: EFFORTS.index(effort) + 1]
 
 
 def checked_program(words: argparse.Namespace) -> Path:
-    """The program, if it is there."""
+    """The program, which must exist."""
     if not words.program.is_file():
-        raise Trouble(f"{words.program} is not there: build it first (tools/test or cmake --build build)")
+        raise Trouble(f"{words.program} not found: build it first (tools/test or cmake --build build)")
     if words.jobs < 1:
-        raise Trouble("--jobs is a number from 1")
+        raise Trouble("--jobs must be at least 1")
     return words.program.resolve()
 
 
 def list_cases(words: argparse.Namespace) -> int:
-    """A line a case."""
+    """One line for each case."""
     for case in load_all(CASES, TOP).values():
         print(f"{case.name:40s} {case.effort:6s} {case.title}")
     return 0
 
 
 def run_cases(words: argparse.Namespace) -> int:
-    """Run, judge, print. Exit code 1 when a figure missed, 3 when a run did not end as it should."""
+    """Run, assess, print. Exit code 1 if a result missed, 3 if a run did not end as expected."""
     cases = select(load_all(CASES, TOP), words.cases, efforts_up_to(words.effort))
     program = checked_program(words)
     if not cases:
         asked = " ".join(words.cases)
-        raise Trouble(f"no case of effort {words.effort} among {asked}; --effort all takes the long ones too")
+        raise Trouble(f"no case of effort {words.effort} among {asked}; --effort all includes the long ones")
     progress = Progress(len(cases))
     runs = run_all(
         cases, program, words.out, words.jobs,

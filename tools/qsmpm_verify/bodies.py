@@ -1,4 +1,4 @@
-"""States of a run as plane bodies, and one view of them all."""
+"""States of a run as plane bodies, with a common view."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ BODY_ROOM = 0.12
 
 
 def is_flat(states: list[Points]) -> bool:
-    """Whether all points lie in a plane."""
+    """Whether all points are in a plane."""
     places = np.concatenate([points.field("position") for points in states])
     return bool(np.ptp(places[:, 2]) <= 1e-9 * np.ptp(places, axis=0).max())
 
 
 def start_of(points: Points) -> Array:
-    """Where the points started."""
+    """Initial positions of the points."""
     return points.field("position") - points.field("displacement")
 
 
 def frame_of(states: list[Points], values: list[Array], field: str, title: str, ends: Sequence[float] = ()) -> Frame:
-    """One view and one scale of colours for all states of a plane body."""
+    """A common view and colour scale for all states of a plane body."""
     everything = np.concatenate([p for points in states for p in (start_of(points), points.field("position"))])[:, :2]
     low, high = _view(everything.min(axis=0), everything.max(axis=0), [points.around for points in states])
     least, most = ends or (min(v.min() for v in values), max(v.max() for v in values))
@@ -40,7 +40,7 @@ def frame_of(states: list[Points], values: list[Array], field: str, title: str, 
 
 
 def _view(low: Array, high: Array, around: list[Surroundings]) -> tuple[Array, Array]:
-    """Corners of a view of soil between two corners, with room for the nearest part of the bodies and for the water."""
+    """Corners of a view of the soil between two corners, with space for the nearest part of the bodies and for the water."""
     size = float((high - low).max())
     least, most = low - 0.04 * size, high + 0.04 * size
     for state in around:
@@ -57,7 +57,7 @@ def _view(low: Array, high: Array, around: list[Surroundings]) -> tuple[Array, A
 
 
 def body_of(points: Points, values: Array, mesh: Mesh) -> Body:
-    """A state as a plane body; materials are apart from each other."""
+    """A state as a plane body; materials are separate."""
     kinds, start = points.fields.get("material", np.zeros(len(values))), start_of(points)[:, :2]
     flow = None
     if "darcy_velocity" in points.fields and np.array_equal(values, points.fields["head"]):

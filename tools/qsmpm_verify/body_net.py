@@ -1,10 +1,10 @@
-"""A plane body as a net of triangles over its material points, out to its true boundary.
+"""A plane body as a triangular mesh over its material points, up to its boundary.
 
-The net is made where the points started (Delaunay), one for each material; triangles wider than the points stand apart
-are gaps and left out. How far points stand apart is counted in extents of the cell each started in, along either axis: in
-long cells they are far from each other one way and near the other. Points stand half a spacing inside the boundary: a rim
-of that width is put around, on the outline of the body where that is known, and moves with the deformation gradient of the
-triangles beside it. Triangles torn apart since are left out as well: no body bridges two.
+The mesh is the Delaunay triangulation of the initial positions, one for each material; triangles wider than the spacing of the
+points are gaps and omitted. The spacing is measured in extents of the initial cell of each point, along either axis: in
+elongated cells it differs between the directions. Points are half a spacing inside the boundary: a rim
+of this width is added, up to the outline of the body if it is known, and moves with the deformation gradient of the
+adjacent triangles. Triangles stretched apart since are omitted as well: none connects two separate parts.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ BESIDE = 2.5
 
 @dataclass(frozen=True)
 class Net:
-    """Triangles over places before and now, the point whose value a place has, and the outline as pairs of places."""
+    """Triangles over initial and current positions, the point that gives the value of each position, and the outline as pairs of positions."""
 
     before: Array
     now: Array
@@ -47,7 +47,7 @@ class Net:
 
 
 def spacings(start: Array, net: Array, extents: Array) -> Array:
-    """Distance of each point to its neighbours in extents of its cell: the mean of its two shortest edges in a net."""
+    """Spacing of each point from its neighbours in extents of its cell: the mean of its two shortest edges in a triangulation."""
     edges = np.unique(np.sort(np.concatenate([net[:, [0, 1]], net[:, [1, 2]], net[:, [2, 0]]]), axis=1), axis=0)
     ends = np.concatenate([edges[:, 0], edges[:, 1]])
     apart = np.tile(start[edges[:, 0]] - start[edges[:, 1]], (2, 1))
@@ -62,13 +62,13 @@ def spacings(start: Array, net: Array, extents: Array) -> Array:
 
 
 def _areas(places: Array, triangles: Array) -> Array:
-    """Areas of triangles, those turned over below zero."""
+    """Areas of triangles, negative for inverted ones."""
     a, b, c = (places[triangles[:, i]] for i in range(3))
     return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
 
 
 def _circumradii(places: Array, triangles: Array) -> Array:
-    """Radius of the circle around each triangle; infinite where it is flat."""
+    """Circumradius of each triangle; infinite for flat ones."""
     a, b, c = (places[triangles[:, i]] for i in range(3))
     sides = [np.linalg.norm(p - q, axis=1) for p, q in ((b, c), (c, a), (a, b))]
     area = np.abs(_areas(places, triangles))
@@ -78,7 +78,7 @@ def _circumradii(places: Array, triangles: Array) -> Array:
 
 
 def _boundary(triangles: Array) -> tuple[Array, Array]:
-    """Directed edges that belong to one triangle only, the body to their left, and the corner opposite to each."""
+    """Directed edges that belong to one triangle only, with the body on their left, and the opposite corner of each."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     opposite = np.concatenate([triangles[:, 2], triangles[:, 0], triangles[:, 1]])
     _, first, counts = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
@@ -86,7 +86,7 @@ def _boundary(triangles: Array) -> tuple[Array, Array]:
 
 
 def _gradients(before: Array, now: Array, triangles: Array) -> Array:
-    """Deformation gradient at each place, the mean of the triangles around it by their areas."""
+    """Deformation gradient at each position, the area-weighted mean of the adjacent triangles."""
     a, b, c = (triangles[:, i] for i in range(3))
     old = np.stack([before[b] - before[a], before[c] - before[a]], axis=2)
     new = np.stack([now[b] - now[a], now[c] - now[a]], axis=2)
@@ -101,10 +101,10 @@ def _gradients(before: Array, now: Array, triangles: Array) -> Array:
 
 
 def _outward(before: Array, edges: Array, opposite: Array, extents: Array) -> tuple[Array, Array]:
-    """Points of the boundary and what leads from each half a spacing out, further at corners.
+    """Points of the boundary and the vector from each half a spacing outwards, longer at corners.
 
-    The spacing across an edge is the height of its triangle, in extents of the cell of its point: at a corner of long cells
-    both sides are as far away as each other.
+    The spacing across an edge is the height of its triangle, in extents of the cell of its point: at a corner of elongated cells
+    both sides are then equally far away.
     """
     total, width, count = np.zeros_like(before), np.zeros(len(before)), np.zeros(len(before))
     for corner in (edges[:, 0], edges[:, 1]):
@@ -122,7 +122,7 @@ def _outward(before: Array, edges: Array, opposite: Array, extents: Array) -> tu
 
 
 def _skirts(places: Array, first: Array, last: Array, first_out: Array, last_out: Array) -> Array:
-    """Two triangles between each edge and its rim, cut along the diagonal that stays inside: at a re-entrant corner one does not."""
+    """Two triangles between each edge and its rim, divided by the diagonal inside: at a re-entrant corner one is outside."""
     cuts = [((last, first, first_out), (last, first_out, last_out)), ((last, first, last_out), (first, first_out, last_out))]
     pairs = [[np.stack(corners, axis=1) for corners in cut] for cut in cuts]
     least = [np.minimum(_areas(places, one), _areas(places, other)) for one, other in pairs]
@@ -131,7 +131,7 @@ def _skirts(places: Array, first: Array, last: Array, first_out: Array, last_out
 
 
 def _held(start: Array, width: Array, point: Array, edge: Array, sides: Array) -> Array:
-    """Places of a rim, so wide along the axes, beside points: none beyond the mesh, and on its sides those that started there and did not part."""
+    """Points of a rim of given width along the axes: none outside the mesh, and those that started on its sides and remained there stay on them."""
     near = 1e-6 * np.ptp(sides, axis=0).max()
     within = np.all((point >= sides[0]) & (point <= sides[1]), axis=1)[:, None]
     edge = np.where(within, np.clip(edge, sides[0], sides[1]), edge)
@@ -142,7 +142,7 @@ def _held(start: Array, width: Array, point: Array, edge: Array, sides: Array) -
 
 
 def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, extents: Array, outline: Outline) -> Net:
-    """The net of the points, `spacing` (n, 2) apart along the axes, with the rim around it."""
+    """The mesh of the points, `spacing` (n, 2) along the axes, with the rim."""
     edges, opposite = _boundary(triangles)
     rim, out = _outward(before, edges, opposite, extents)
     out = snapped(before[rim] + out, spacing[rim], outline, outline.owners(before[rim])) - before[rim]
@@ -165,7 +165,7 @@ def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, exten
 
 
 def _lies_inside(outline: Outline, corners: Array) -> Array:
-    """Whether triangles lie in a body: their middles, and places on each edge, which may cross a re-entrant corner."""
+    """Whether triangles are inside a body, from their centres and points on each edge, which may cross a re-entrant corner."""
     found = outline.inside(corners.mean(axis=1))
     # The middle of an edge may be where two bodies meet, which is in neither.
     for share in SHARES:
@@ -175,7 +175,7 @@ def _lies_inside(outline: Outline, corners: Array) -> Array:
 
 
 def _bridges(outline: Outline, start: Array, triangles: Array) -> Array:
-    """Whether triangles reach from one body to another over what is in neither."""
+    """Whether triangles connect two bodies across an area that is in neither."""
     owner = outline.owners(start)[triangles]
     found = np.all(owner >= 0, axis=1) & (np.ptp(owner, axis=1) > 0)
     found[found] = ~_lies_inside(outline, start[triangles[found]])
@@ -183,7 +183,7 @@ def _bridges(outline: Outline, start: Array, triangles: Array) -> Array:
 
 
 def _bodies(outline: Outline, start: Array, place: Array, triangles: Array, extents: Array, spacing: Array) -> Array:
-    """Which triangles are of a body and bridge no gap, of points that are `spacing` apart in `extents` of their cells."""
+    """Triangles that are inside a body and bridge no gap, for points with a given `spacing` in `extents` of their cells."""
     widest, narrowest = extents[triangles].max(axis=1), extents[triangles].min(axis=1)
     local = np.maximum(spacing[triangles].max(axis=1), 1e-300)
     scaled = start[triangles] / widest[:, None, :]
@@ -201,7 +201,7 @@ def _bodies(outline: Outline, start: Array, place: Array, triangles: Array, exte
 
 
 def net_of(start: Array, place: Array, outline: Outline) -> Net | None:
-    """The net of points that started at `start` and are at `place` (each of 2 columns); none of fewer than three."""
+    """The mesh of points with initial positions `start` and current positions `place` (each with 2 columns); none for fewer than three."""
     if len(start) < 3 or np.linalg.matrix_rank(start - start[0], tol=1e-9 * np.ptp(start)) < 2:
         return None
     cells = outline.cells
@@ -216,7 +216,7 @@ def net_of(start: Array, place: Array, outline: Outline) -> Net | None:
 
 
 def _overlap(start: Array, place: Array) -> bool:
-    """Whether points that are apart now started in one another: a lift that fills what has settled below it."""
+    """Whether initial positions of different groups overlap: a lift that fills the settlement below it."""
     if len(start) < 3:
         return False
     near = [cKDTree(where).query(where, k=2)[0][:, 1] for where in (start, place)]
@@ -224,7 +224,7 @@ def _overlap(start: Array, place: Array) -> bool:
 
 
 def nets_of(start: Array, place: Array, kinds: Array, outline: Outline) -> list[tuple[Net, Array]]:
-    """A net for each kind of points, with the numbers of its points; where the starts overlap, from where they are now."""
+    """A mesh for each group of points, with the numbers of its points; in the current positions if the initial ones overlap."""
     found = []
     for kind in np.unique(kinds):
         members = np.flatnonzero(kinds == kind)

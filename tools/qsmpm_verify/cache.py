@@ -1,9 +1,9 @@
-"""Finished runs are kept and used again as long as nothing they depend on has changed.
+"""Finished runs are kept and reused as long as their dependencies have not changed.
 
-What a run depends on is the text of its deck, the files the deck names behind INPUT=, FILE= and LIBRARY= (and those
-that included files name), the bytes of the program and the number of threads. Their hash stands in run.json beside the
-results, with how the run ended and the hashes of what it wrote. A run that was stopped, crashed or failed for a reason
-outside of its deck is never used again.
+A run depends on the text of its deck, the files named after INPUT=, FILE= and LIBRARY= (and those
+named by included files), the bytes of the program and the number of threads. Their hash is in run.json beside the
+results, with the end of the run and the hashes of its output. A run that was stopped, crashed or failed for a reason
+outside its deck is never reused.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from typing import Any
 
 NAMED_FILE = re.compile(r"(INPUT|FILE|LIBRARY)\s*=\s*(\"[^\"]*\"|[^,\s]+)", re.IGNORECASE)
 LASTING = (0, 2, 3, 4, 5, 6)
-"""Exit codes that the same deck brings again; 1 may be a full disk, the others are signals."""
+"""Exit codes that are reproducible for the same deck; 1 may be a full disk, the others are signals."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """How a kept run ended."""
+    """End of a kept run."""
 
     exit_code: int
     wall_seconds: float
@@ -34,20 +34,20 @@ class Record:
 
 @lru_cache(maxsize=8)
 def _hash_of(path: Path, size: int, changed: int) -> str:
-    """Hash of a file's bytes; size and time of the last change of any kind keep it from being read again."""
+    """Hash of the bytes of a file; it is read again only if its size or the time of its last change differ."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def program_hash(program: Path) -> str:
-    """Hash of the program's bytes."""
+    """Hash of the bytes of the program."""
     status = program.stat()
     return _hash_of(program, status.st_size, status.st_ctime_ns)
 
 
 def named_files(text: str, folder: Path) -> list[Path]:
-    """Files a deck names, and those the included ones name, that are there; each once.
+    """Existing files named by a deck and by the files it includes, each once.
 
-    A library that does not lie beside the deck is sought from the working directory, as the program does.
+    A library that is not beside the deck is searched from the working directory, as in the program.
     """
     found: list[Path] = []
     waiting = [(text, folder)]
@@ -67,7 +67,7 @@ def named_files(text: str, folder: Path) -> list[Path]:
 
 
 def run_key(text: str, folder: Path, program: Path, threads: int) -> str:
-    """Hash of everything a run depends on; `text` is the deck, `folder` where the files it names lie."""
+    """Hash of all dependencies of a run; `text` is the deck, `folder` the folder of the files it names."""
     key = hashlib.sha256()
     key.update(f"{program_hash(program)} {threads}\n".encode())
     key.update(text.encode())
@@ -77,21 +77,21 @@ def run_key(text: str, folder: Path, program: Path, threads: int) -> str:
 
 
 def _hashes(results: Path) -> dict[str, str]:
-    """Hashes of the files of a run that figures are taken from."""
+    """Hashes of the files of a run from which results are taken."""
     names = ("curves.csv", "job.log", "timing.json", "profile.json", "results.h5")
     files = [results / name for name in names] + sorted((results / "results").glob("*.h5"))
     return {str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files if path.is_file()}
 
 
 def keep(path: Path, content: dict[str, Any]) -> None:
-    """Write a record in one go: an interruption leaves the old one or none."""
+    """Write a record atomically: after an interruption the old one exists, or none."""
     part = path.with_name(path.name + ".part")
     part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     part.replace(path)
 
 
 def kept(path: Path, key: str) -> dict[str, Any] | None:
-    """A record when it is there, whole and of this key."""
+    """A record if it exists, is complete and has this key."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         return content if content["key"] == key else None
@@ -100,7 +100,7 @@ def kept(path: Path, key: str) -> dict[str, Any] | None:
 
 
 def remember(directory: Path, key: str, record: Record) -> None:
-    """Write run.json when the run may be used again."""
+    """Write run.json if the run may be reused."""
     if record.exit_code not in LASTING:
         return
     content: dict[str, Any] = {
@@ -112,7 +112,7 @@ def remember(directory: Path, key: str, record: Record) -> None:
 
 
 def recall(directory: Path, key: str) -> Record | None:
-    """The run kept in a folder when it is the one asked for and its files are as it left them."""
+    """The run kept in a folder if it is the requested one and its files are unchanged."""
     try:
         content = json.loads((directory / "run.json").read_text(encoding="utf-8"))
         if content["key"] != key or content["hashes"] != _hashes(directory / "results"):

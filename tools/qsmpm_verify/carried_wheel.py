@@ -1,12 +1,12 @@
-"""A Python wheel for computers that have no compiler and none of the libraries: they are inside.
+"""A Python wheel for computers without a compiler and without the libraries, which it contains.
 
     tools/wheel                   compiles program and library, without the GPL parts of SuiteSparse
-    tools/wheel BUILD             takes those of a build, with what this one links
-    tools/wheel --out FOLDER      where it goes; output/wheels unless given
+    tools/wheel BUILD             uses those of a build, with the libraries that it links
+    tools/wheel --out FOLDER      output folder (default output/wheels)
 
-It needs Linux with a glibc as new as that of the computer it is made on; the name of the wheel says which
-(manylinux_2_35 is Debian 12, Ubuntu 22.04). Libraries of the system are put inside by auditwheel, which lists them with
-their packages in the wheel; the licence of each, as its Debian package has it, lies beside (docs/licences.md).
+It requires Linux with a glibc at least as new as on the computer that builds it; the name of the wheel states which
+(manylinux_2_35 is Debian 12, Ubuntu 22.04). System libraries are included by auditwheel, which lists them with
+their packages in the wheel; the licence of each, from its Debian package, is stored beside it (docs/licences.md).
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PYTHON = pathlib.Path(sys.executable)
 
 
 def call(*words: object) -> None:
-    """Run a command of the environment of the tools; what it says is shown where it fails."""
+    """Run a command of the environment of the tools; its output is shown if it fails."""
     path = f"{PYTHON.parent}:{os.environ.get('PATH', '')}"
     done = subprocess.run([str(w) for w in words], cwd=TOP, env=os.environ | {"PATH": path}, capture_output=True, text=True)
     if done.returncode:
@@ -33,7 +33,7 @@ def call(*words: object) -> None:
 
 
 def the_one(folder: pathlib.Path) -> pathlib.Path:
-    """The wheel in a folder."""
+    """The only wheel in a folder."""
     wheels = list(folder.glob("*.whl"))
     if len(wheels) != 1:
         sys.exit(f"wheel: {folder} has {len(wheels)} wheels, not one")
@@ -41,7 +41,7 @@ def the_one(folder: pathlib.Path) -> pathlib.Path:
 
 
 def add_licences(wheel: pathlib.Path, out: pathlib.Path) -> int:
-    """Put the licences of the libraries inside beside the list of them; their number."""
+    """Write the licences of the included libraries beside their list; returns their number."""
     from auditwheel.wheeltools import InWheel
 
     with InWheel(wheel, out) as content:
@@ -52,7 +52,7 @@ def add_licences(wheel: pathlib.Path, out: pathlib.Path) -> int:
         for name in names:
             licence = pathlib.Path("/usr/share/doc", name, "copyright")
             if not licence.exists():
-                sys.exit(f"wheel: {licence} is not there: the licence of {name} cannot be passed on")
+                sys.exit(f"wheel: {licence} not found: the licence of {name} cannot be included")
             (information / "licenses/libraries").mkdir(exist_ok=True)
             shutil.copy(licence, information / "licenses/libraries" / name)
     return len(names)
@@ -73,7 +73,7 @@ def main() -> int:
         call(PYTHON, "-m", "auditwheel", "repair", "-w", repaired, the_one(made))
         last = given.out.resolve() / the_one(repaired).name
         count = add_licences(the_one(repaired), last)
-    print(f"{last}: {last.stat().st_size/1e6:.0f} MB, with the libraries of {count} packages of the system")
+    print(f"{last}: {last.stat().st_size/1e6:.0f} MB, with the libraries of {count} system packages")
     return 0
 
 

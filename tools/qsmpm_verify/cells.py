@@ -1,4 +1,4 @@
-"""Cells of a plane mesh as a guide to its points: which one a place lies in, how wide it is, places as the cells count them."""
+"""Cells of a plane mesh, used to evaluate its points: the cell that contains a position, its width, and positions in units of cells."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ LONG = 3.0
 
 @dataclass(frozen=True)
 class Cells:
-    """Corners of the cells, their middles, their extents along the axes (n, 2), and the triangles that find them.
+    """Corners of the cells, their centres, their extents along the axes (n, 2), and the triangles used for point location.
 
-    Extents are all one where cells do not guide: where they are no grid and none is long.
-    `lines` are the coordinates between the columns and the rows where all cells are those of a grid along the axes.
+    All extents are one if cells are not used: if they are not a grid and none is elongated.
+    `lines` are the coordinates between the columns and the rows if all cells belong to a grid along the axes.
     """
 
     corners: list[Array]
@@ -32,12 +32,12 @@ class Cells:
     lines: tuple[Array, Array] | None = None
 
     def at(self, places: Array) -> Array:
-        """Number of the cell at each place; -1 outside of the mesh."""
+        """Number of the cell at each position; -1 outside the mesh."""
         found = np.asarray(self.finder(*places.T), dtype=int)
         return np.where(found >= 0, self.owner[found], -1)
 
     def extents_at(self, places: Array) -> Array:
-        """Extents of the cell at each place, (n, 2); outside of the mesh those of the nearest one."""
+        """Extents of the cell at each position, (n, 2); outside the mesh those of the nearest cell."""
         cell = self.at(places)
         out = cell < 0
         if out.any():
@@ -45,20 +45,20 @@ class Cells:
         return self.extents[cell]
 
     def even(self, places: Array) -> Array:
-        """Places in columns and rows of a grid, all of them one wide; where the cells are no grid in extents of a middling one."""
+        """Positions in columns and rows of a grid, each of width one; if the cells are not a grid, in units of the median extent."""
         if self.lines is None:
             return places / np.median(self.extents, axis=0)
         return np.stack([_counted(places[:, k], self.lines[k]) for k in range(2)], axis=1)
 
 
 def _counted(values: Array, lines: Array) -> Array:
-    """Values as numbers of lines, between them and beyond them in proportion."""
+    """Values as grid-line numbers, interpolated linearly and extrapolated."""
     first = np.clip(np.searchsorted(lines, values, side="right") - 1, 0, len(lines) - 2)
     return first + (values - lines[first]) / (lines[first + 1] - lines[first])
 
 
 def _lines(low: Array, high: Array) -> tuple[Array, Array] | None:
-    """Lines of a grid along the axes of which all cells, from low to high, are boxes or halves of boxes."""
+    """Lines of a grid along the axes whose cells, from lower to upper bound, are all boxes or halves of boxes."""
     size = high.max(axis=0) - low.min(axis=0)
     found = []
     for k in range(2):
@@ -71,7 +71,7 @@ def _lines(low: Array, high: Array) -> tuple[Array, Array] | None:
 
 
 def cells_of(mesh: Mesh) -> Cells | None:
-    """The plane cells of a mesh; none where it has none, or none that a place can be found in."""
+    """The plane cells of a mesh; none if it has none, or none for point location."""
     corners = [cell[: CORNERS[int(kind)]] for kind, cell in zip(mesh.types, mesh.cells) if int(kind) in CORNERS]
     if not corners:
         return None

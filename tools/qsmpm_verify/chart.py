@@ -26,20 +26,20 @@ from qsmpm_verify.studies import Study, load_studies
 from qsmpm_verify.trouble import RunFailed, Trouble
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("chart", help="error against CPU seconds of many methods, and the best for an error")
-    verb.add_argument("studies", nargs="*", help="names of studies or files; all when none is given")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("chart", help="plot error against CPU seconds for many methods, and list the best method for an error")
+    verb.add_argument("studies", nargs="*", help="names of studies or files; default all")
     add_running_words(verb, "studies")
-    verb.add_argument("--charts", type=Path, default=BUILD / "charts", help="folder of the pictures and CSV files")
-    verb.add_argument("--markdown", type=Path, help="write charts and tables as a page, as docs/data/charts.md is")
-    verb.add_argument("--repeat", type=int, default=1, help="run each this often; the least CPU time counts")
-    verb.add_argument("--peers", action="store_true", help="run Kratos on the scenes it has, beside the methods")
-    verb.add_argument("--table", type=Path, metavar="PAGE", help="write which method for which error into a page, as docs/charts.md has it")
+    verb.add_argument("--charts", type=Path, default=BUILD / "charts", help="folder of the figures and CSV files")
+    verb.add_argument("--markdown", type=Path, help="write charts and tables as a page in the format of docs/data/charts.md")
+    verb.add_argument("--repeat", type=int, default=1, help="number of runs of each; the least CPU time counts")
+    verb.add_argument("--peers", action="store_true", help="also run Kratos for the scenes it supports")
+    verb.add_argument("--table", type=Path, metavar="PAGE", help="write the table of methods by error into a page in the format of docs/charts.md")
     verb.set_defaults(act=act)
 
 
 def write_csv(study: Study, samples: Sequence[Sample], path: Path) -> None:
-    """Every run and every stored point; failures have no figure but a reason."""
+    """Every run and every stored point; failed runs have a reason instead of a result."""
     errors, along = lasting_errors(samples), set(front(samples))
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -57,12 +57,12 @@ def write_csv(study: Study, samples: Sequence[Sample], path: Path) -> None:
 
 
 def size_text(size: float) -> str:
-    """A size, empty where another program's is not known."""
+    """A size, empty if that of another program is unknown."""
     return f"{size:g}" if math.isfinite(size) else ""
 
 
 def error_text(sample: Sample) -> str:
-    """The error of a run as the tables show it."""
+    """The error of a run as shown in the tables."""
     return ("<= " if sample.at_floor else "") + f"{sample.error:.2e}" if sample.good else "fails"
 
 
@@ -120,24 +120,24 @@ def study_page(study: Study, samples: Sequence[Sample], picture: str) -> list[st
 
 
 PREFACE = (
-    "Error against CPU seconds of one core. `best` marks a run no other is both cheaper and better than, judged by the",
-    "largest error on this and the finer grids of the same method; `luck` marks an error that grows on a finer grid.",
+    "Error against CPU seconds of one core. `best` marks a run for which no other run is both cheaper and more accurate, assessed by the",
+    "largest error on this and the finer grids of the same method; `luck` marks an error that increases on a finer grid.",
 )
 
 
 def take_samples(words: argparse.Namespace) -> list[tuple[Study, list[Sample]]]:
-    """Run what the command line asks for."""
+    """Run what the command line requests."""
     studies = load_studies(STUDIES, TOP, words.studies)
     program, efforts = checked_program(words), efforts_up_to(words.effort)
     if words.repeat < 1:
-        raise Trouble("--repeat is a number from 1")
+        raise Trouble("--repeat must be at least 1")
     total = sum(count_runs(study, efforts) for study in studies) * words.repeat
     progress = Progress(total)
     taken = []
     for study in studies:
         samples = sample_study(study, efforts, program, words.out, words.jobs, words.repeat, words.fresh, progress.tell)
         if samples and not any(s.good for s in samples):
-            raise RunFailed(f"study {study.name}: no run of it gave a figure; the first says: {samples[0].message}")
+            raise RunFailed(f"study {study.name}: no run gave a result; message of the first: {samples[0].message}")
         shown = with_peers(study, words.peers, words.out / "peers", lambda line: print(line, file=sys.stderr))
         shown = replace(shown, others=shown.others + tuple(bound_points(study, words.out / "bounds")))
         taken.append((shown, samples))
@@ -145,12 +145,12 @@ def take_samples(words: argparse.Namespace) -> list[tuple[Study, list[Sample]]]:
 
 
 def command_of(words: argparse.Namespace, verb: str, names: Sequence[str]) -> str:
-    """The command a page names."""
+    """The command stated on a page."""
     return shlex.join(["tools/qsmpm-verify", verb, *names, "--effort", words.effort])
 
 
 def act(words: argparse.Namespace) -> int:
-    """Run the studies, draw and tell."""
+    """Run the studies, plot and report."""
     command = command_of(words, "chart", words.studies)
     page = ["# Error and cost", "", f"Written by `{command} --markdown FILE`; do not edit.", *PREFACE, ""]
     taken = take_samples(words)

@@ -1,4 +1,4 @@
-"""Which method for which error at which cost: one table of all studies, as docs/charts.md has it."""
+"""Cheapest method for each error: one table of all studies, as in docs/charts.md."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from qsmpm_verify.studies import Study
 
 ASKED = (0.1, 0.03, 0.01, 1e-3)
 LEGEND = (
-    "Method; size; CPU seconds of the cheapest run that claims the error, on its grid and all finer ones;\n"
-    "`same`: the run on the left serves; `-`: none does."
+    "Method; size; CPU seconds of the cheapest run that attains the error, on its grid and all finer ones;\n"
+    "`same`: the run on the left also attains it; `-`: none does."
 )
 
 
 def cheapest(samples: Sequence[Sample], asked: float) -> Sample | None:
-    """The cheapest run that claims no larger an error; none when no run does."""
+    """The cheapest run with an error not larger than requested; None if there is none."""
     errors = lasting_errors(samples)
     return next((samples[i] for i in front(samples) if errors[i] <= asked), None)
 
 
 def cells(samples: Sequence[Sample]) -> list[str]:
-    """Method, size and CPU seconds of the cheapest run for each error; `same` where that of the one before serves."""
+    """Method, size and CPU seconds of the cheapest run for each error; `same` if the previous run also attains it."""
     found = [cheapest(samples, asked) for asked in ASKED]
     return [
         "-" if one is None else "same" if place and one is found[place - 1]

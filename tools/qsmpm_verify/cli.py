@@ -1,6 +1,6 @@
-"""The command `qsmpm-verify`; every verb is a module that says its words and acts.
+"""The command `qsmpm-verify`. Every subcommand is a module that defines its arguments and executes it.
 
-Exit code 0 when all held, 1 on a miss, 2 when asked wrongly or a result is not there, 3 when a run failed.
+Exit code 0: all comparisons passed; 1: a comparison failed; 2: invalid arguments or a missing result; 3: a run failed.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ HOMES = {
     "week": ("week",), "metamorphic": ("metamorphic",), "bounds.verb": ("bounds",), "importing.verb": ("import",),
     "editor.verb": ("editor", "language-server"), "reliability.verb": ("reliability",), "partial": ("partial",),
 }  # fmt: skip
-"""Verbs by the module that has them; one that is asked is alone imported, since all of them take more than most of them do."""
+"""Modules by subcommand. Only the module of the requested subcommand is imported, because importing all takes longer than most subcommands run."""
 
 
 def parser(asked: str = "") -> argparse.ArgumentParser:
-    """Words of the command line, of all verbs unless one is asked."""
+    """Argument parser of the command line, with all subcommands or only the requested one."""
     main = argparse.ArgumentParser(prog="qsmpm-verify", description=__doc__,
                                    formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = main.add_subparsers(dest="verb", required=True, metavar="VERB")
@@ -35,7 +35,7 @@ def parser(asked: str = "") -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Read the words, act, tell trouble in one sentence."""
+    """Parse the arguments, execute the subcommand, report an error in one sentence."""
     given = sys.argv[1:] if arguments is None else arguments
     words = parser(given[0] if given else "").parse_args(given)
     try:
@@ -47,5 +47,5 @@ def main(arguments: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
-        print("qsmpm-verify: interrupted; what has finished is kept", file=sys.stderr)
+        print("qsmpm-verify: interrupted; finished runs are kept", file=sys.stderr)
         return 130

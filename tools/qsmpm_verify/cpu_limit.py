@@ -1,8 +1,8 @@
 """Run a command with a limit in CPU seconds.
 
-On a loaded machine a run takes many times its CPU seconds by the clock on the wall, so a limit by the clock fails
-runs that are as quick as ever. A limit by CPU seconds alone would let a run that sleeps go on for ever: beyond
-WALL_FACTOR times the limit, and a minute at least, the command is ended by the clock.
+On a loaded machine the wall-clock time of a run is many times its CPU time, so that a wall-clock limit would stop
+runs that are not slower than usual. A limit in CPU seconds alone would never stop a run that sleeps: after
+WALL_FACTOR times the limit, and at least a minute, of wall-clock time the command is stopped.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ LEAST_WALL = 60.0
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended."""
+    """End of a command."""
 
     code: int | None
-    """Exit code, negative for a signal; none when a limit ended it."""
+    """Exit code, negative for a signal; None if a limit stopped it."""
     cpu: float
-    """CPU seconds of the command and of those it has started and waited for."""
+    """CPU seconds of the command and of the child processes it waited for."""
     output: str = ""
     errors: str = ""
-    """What it wrote, unless that went into a file."""
+    """Its output, unless written to a file."""
     reason: str = ""
-    """The limit that ended it, as a sentence."""
+    """The limit that stopped it, as a sentence."""
 
     @property
     def how(self) -> str:
-        """The end in words."""
+        """The end as text."""
         if self.code is None:
             return self.reason
         return f"stopped by signal {-self.code}" if self.code < 0 else f"exit code {self.code}"
@@ -49,10 +49,10 @@ def run_limited(
     command: Sequence[str | Path], cpu_seconds: float, cwd: Path | None = None, env: Mapping[str, str] | None = None,
     output: IO[bytes] | None = None, wall: float | None = None,
 ) -> Ended:  # fmt: skip
-    """Run a command to its end, or to the limit of CPU seconds, with all processes it has started.
+    """Run a command to its end, or to the limit in CPU seconds, with all its child processes.
 
-    Each of its processes has the limit for itself, in whole seconds. Both streams go into `output` when that is given,
-    each for itself into the result else. `wall` takes the place of the backstop.
+    The limit applies to each process, in whole seconds. Both streams go to `output` if it is given,
+    otherwise separately to the result. `wall` replaces the wall-clock limit.
     """
     whole = max(1, math.ceil(cpu_seconds))
     wall = max(LEAST_WALL, WALL_FACTOR * cpu_seconds) if wall is None else wall
@@ -83,14 +83,14 @@ def run_limited(
         said, told = (stream.read().decode("utf-8", "replace") for stream in (out, err) if stream.seek(0) == 0)
     cpu = usage.ru_utime + usage.ru_stime
     if late.is_set():
-        return Ended(None, cpu, said, told, f"stopped after {wall:g} s by the clock, {cpu:.1f} CPU s")
+        return Ended(None, cpu, said, told, f"stopped after {wall:g} s of wall-clock time, {cpu:.1f} CPU s")
     if child.returncode == -signal.SIGXCPU or (child.returncode == -signal.SIGKILL and cpu > 0.9 * whole):
         return Ended(None, cpu, said, told, f"stopped after {whole} CPU s")
     return Ended(child.returncode, cpu, said, told)
 
 
 def end_group(leader: int) -> None:
-    """End what a command has left behind."""
+    """Stop remaining child processes of a command."""
     try:
         os.killpg(leader, signal.SIGKILL)
     except (ProcessLookupError, PermissionError):

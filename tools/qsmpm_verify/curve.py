@@ -1,7 +1,7 @@
-"""`curve`: a result against a formula of the library or a table, with norms of the error and a picture; or by itself.
+"""`curve`: compare a result with a formula of the library or a table, with error norms and a figure; or plot it alone.
 
-The result is a run's folder, its curves.csv or any CSV with a line of headings `name [unit]`. A table is
-read the same way and taken linearly between its rows; the norms count the rows of the result it covers.
+The result is the folder of a run, its curves.csv or any CSV with a line of headings `name [unit]`. A table is
+read in the same way and interpolated linearly; the norms include the rows of the result within its range.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from qsmpm_verify.units import kind_of, mismatch, wrong_kind
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two curves over the same places, and how far apart they are."""
+    """Two curves at the same positions, and their difference."""
 
     x_name: str
     y_name: str
@@ -37,7 +37,7 @@ class Comparison:
     left_out: int
 
     def norms(self) -> Norms:
-        """Norms of the difference; relative ones are shares of the largest reference."""
+        """Norms of the difference; relative ones refer to the largest reference."""
         gap = np.abs(self.y - self.reference)
         worst = int(np.argmax(gap))
         size = float(np.abs(self.reference).max())
@@ -54,7 +54,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Norms:
-    """Errors of a curve in its own unit, and as shares of the largest reference."""
+    """Errors of a curve in its unit, and relative to the largest reference."""
 
     rows: int
     rows_left_out: int
@@ -70,15 +70,15 @@ class Norms:
 
 
 def open_result(path: Path, unfinished: bool) -> Curves:
-    """The curves of a run that came to its end, or of a table nobody tells a run of."""
+    """The curves of a finished run, or of a table without a run."""
     curves = read_curves(path)
     reason = how_it_ended(curves.path.parent) if curves.path.name == "curves.csv" else None
     if reason is None:
         return curves
     if reason and not unfinished:
-        raise ResultError(f"{curves.path}: the run did not come to its end ({reason}); --unfinished takes it as it is")
+        raise ResultError(f"{curves.path}: the run did not finish ({reason}); --unfinished accepts it")
     if not curves.path.read_bytes().endswith(b"\n") and not unfinished:
-        raise ResultError(f"{curves.path}: the last line is cut; --unfinished takes it as it is")
+        raise ResultError(f"{curves.path}: the last line is incomplete; --unfinished accepts it")
     return curves
 
 
@@ -94,43 +94,43 @@ def _scaled(name: str, factor: float) -> str:
 
 def _finite(values: Array, what: str) -> Array:
     if not np.all(np.isfinite(values)):
-        raise ResultError(f"{what}: row {int(np.argmax(~np.isfinite(values))) + 1} is no finite number")
+        raise ResultError(f"{what}: row {int(np.argmax(~np.isfinite(values))) + 1} is not a finite number")
     return values
 
 
 def _table_column(table: Curves, wanted: str | None, fallback: str, place: int) -> str:
-    """Column of a table: the one asked for, the one of the same name, or the first or second of numbers."""
+    """Column of a table: the requested one, the one of the same name, or the first or second numerical one."""
     if wanted:
         return wanted
     if _plain(fallback) in table.columns:
         return fallback
     names = list(table.columns)
     if len(names) <= place:
-        raise ResultError(f"{table.path}: a table has two columns of numbers")
+        raise ResultError(f"{table.path}: a table requires two columns of numbers")
     return names[place]
 
 
 def table_values(table: Curves, x_name: str, y_name: str, x: Array) -> Array:
-    """A table at the places x, linear between its rows; NaN where it has none."""
+    """A table at the positions x, interpolated linearly; NaN outside its range."""
     own_x = _finite(signed_column(table, x_name), str(table.path))
     own_y = _finite(signed_column(table, y_name), str(table.path))
     order = np.argsort(own_x, kind="stable")
     if len(own_x) < 2 or np.any(np.diff(own_x[order]) <= 0):
-        raise ResultError(f"{table.path}: {x_name} has fewer than two values or one twice; --against-x chooses another")
+        raise ResultError(f"{table.path}: {x_name} has fewer than two values or a repeated value; --against-x selects another column")
     slack = 1e-9 * float(own_x.max() - own_x.min())
     inside = (x >= own_x.min() - slack) & (x <= own_x.max() + slack)
     return np.where(inside, np.interp(x, own_x[order], own_y[order]), np.nan)
 
 
 def _check_units(words: argparse.Namespace, pairs: list[tuple[str, str]]) -> None:
-    """A factor the user gave settles the unit it changes."""
+    """A factor given by the user determines the unit that it changes."""
     for name, reason in pairs:
         if reason and not words.any_unit:
-            raise ResultError(f"{name}: {reason}; --scale, --x-scale or --any-unit settles it")
+            raise ResultError(f"{name}: {reason}; --scale, --x-scale or --any-unit resolves it")
 
 
 def against_table(words: argparse.Namespace, own: tuple[str, str], units: tuple[str, str], x: Array) -> Array:
-    """The table that the command line names, at the places x; units and columns are checked."""
+    """The table named on the command line, at the positions x; units and columns are checked."""
     table = open_result(Path(words.against), words.unfinished)
     other_x = _table_column(table, words.against_x, own[0], 0)
     other_y = _table_column(table, words.against_y, own[1], 1)
@@ -143,7 +143,7 @@ def against_table(words: argparse.Namespace, own: tuple[str, str], units: tuple[
 
 
 def compare(words: argparse.Namespace) -> Comparison:
-    """What the command line asks to compare."""
+    """The comparison requested on the command line."""
     curves = open_result(words.result, words.unfinished)
     rows = np.arange(len(curves)) if words.phase is None else curves.rows_of_phase(words.phase)
     formula: Formula | None = None
@@ -163,15 +163,15 @@ def compare(words: argparse.Namespace) -> Comparison:
     covered = np.isfinite(reference)
     if not covered.any():
         span = f"{x_name} from {x.min():g} to {x.max():g}"
-        raise ResultError(f"{words.against}: no row of {curves.path} lies inside of it ({span})")
+        raise ResultError(f"{words.against}: no row of {curves.path} is within its range ({span})")
     x_name, y_name = _scaled(x_name, words.x_scale), _scaled(y_name, words.scale)
     return Comparison(x_name, y_name, *units, x[covered], y[covered], reference[covered], int(np.sum(~covered)))
 
 
 def tell(words: argparse.Namespace) -> int:
-    """A result without a reference: its values at the end, the least and the largest."""
+    """A result without a reference: its value at the end, the smallest and the largest."""
     if words.json or words.tolerance is not None:
-        raise Trouble("--json and --tolerance are about an error: they want --against")
+        raise Trouble("--json and --tolerance require --against")
     curves = open_result(words.result, words.unfinished)
     rows = np.arange(len(curves)) if words.phase is None else curves.rows_of_phase(words.phase)
     x_name = words.x or "load_factor"
@@ -188,7 +188,7 @@ def tell(words: argparse.Namespace) -> int:
 
 
 def draw_alone(names: tuple[str, str], x: Array, y: Array, curves: Curves, words: argparse.Namespace) -> Path:
-    """The curve by itself."""
+    """The curve alone."""
     figure, axes = plt.subplots(figsize=(6.4, 4.4))
     axes.plot(x, y, "o-", ms=3, lw=1)
     for set_label, name, scale in ((axes.set_xlabel, names[0], words.x_scale), (axes.set_ylabel, names[1], words.scale)):
@@ -200,7 +200,7 @@ def draw_alone(names: tuple[str, str], x: Array, y: Array, curves: Curves, words
 
 
 def draw(comparison: Comparison, words: argparse.Namespace) -> Path:
-    """The two curves over each other, the difference below."""
+    """The two curves in one diagram, the difference below."""
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 5.6), sharex=True, height_ratios=(3, 1))
     order = np.argsort(comparison.x, kind="stable")
     upper.plot(comparison.x[order], comparison.reference[order], "k-", lw=1, label=words.against)
@@ -217,32 +217,32 @@ def draw(comparison: Comparison, words: argparse.Namespace) -> Path:
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("curve", help="a result against a formula or a table: norms of the error and a picture")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("curve", help="compare a result with a formula or a table: error norms and a figure")
     verb.add_argument("result", type=Path, help="folder of a run, its curves.csv, or a CSV with headings `name [unit]`")
     verb.add_argument(
         "--against",
         metavar="REFERENCE",
-        help="function:NAME(argument=value, argument=COLUMN), a CSV or a folder; `functions` lists names. Without it the "
-        "result is told by itself",
+        help="function:NAME(argument=value, argument=COLUMN), a CSV or a folder; `functions` lists the names. Without it the "
+        "result is reported alone",
     )
-    verb.add_argument("--x", help="column along x, -COLUMN for its negative; the formula's column, or load_factor")
-    verb.add_argument("--y", help="column along y; the first history when not given")
-    verb.add_argument("--scale", type=float, default=1.0, help="factor on y; settles its unit")
-    verb.add_argument("--x-scale", type=float, default=1.0, help="factor on x; settles its unit")
+    verb.add_argument("--x", help="column along x, -COLUMN for its negative; default the column of the formula, or load_factor")
+    verb.add_argument("--y", help="column along y; default the first history")
+    verb.add_argument("--scale", type=float, default=1.0, help="factor on y; determines its unit")
+    verb.add_argument("--x-scale", type=float, default=1.0, help="factor on x; determines its unit")
     verb.add_argument("--against-x", help="column of the table along x")
     verb.add_argument("--against-y", help="column of the table along y")
-    verb.add_argument("--phase", type=read_phase, help="rows of a phase, by name or number")
-    verb.add_argument("--any-unit", action="store_true", help="compare whatever the headings say")
-    verb.add_argument("--unfinished", action="store_true", help="take a run that did not come to its end")
-    verb.add_argument("--tolerance", type=float, help="exit code 1 when the largest error is a larger share than this")
-    verb.add_argument("--out", type=Path, help="picture to write, .png, .svg or .pdf")
-    verb.add_argument("--json", type=Path, help="write the norms to a file")
+    verb.add_argument("--phase", type=read_phase, help="rows of one phase, by name or number")
+    verb.add_argument("--any-unit", action="store_true", help="compare regardless of the units in the headings")
+    verb.add_argument("--unfinished", action="store_true", help="accept a run that did not finish")
+    verb.add_argument("--tolerance", type=float, help="exit code 1 if the largest relative error exceeds this value")
+    verb.add_argument("--out", type=Path, help="file of the figure, .png, .svg or .pdf")
+    verb.add_argument("--json", type=Path, help="write the norms to a JSON file")
     verb.set_defaults(act=act)
 
 
 def act(words: argparse.Namespace) -> int:
-    """Compare, print, draw."""
+    """Compare, print, plot."""
     if words.out and words.out.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise Trouble(f"{words.out}: a picture is a .png, .svg or .pdf file")
     if not words.against:
@@ -251,7 +251,7 @@ def act(words: argparse.Namespace) -> int:
     norms = comparison.norms()
     unit = f" {comparison.y_unit}" if comparison.y_unit else ""
     print(f"{comparison.y_name} of {words.result} against {words.against}")
-    outside = f", {norms.rows_left_out} outside of the reference" if norms.rows_left_out else ""
+    outside = f", {norms.rows_left_out} outside the range of the reference" if norms.rows_left_out else ""
     print(f"rows       {norms.rows}{outside}")
     print(
         f"max error  {norms.largest:.4g}{unit}, {norms.largest_share:.3e} of the largest reference, "

@@ -1,4 +1,4 @@
-"""`report`: one HTML file with all charts, the stability map, the cases and pictures; it needs no other file."""
+"""`report`: a self-contained HTML file with all charts, the stability map, the cases and figures."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from qsmpm_verify.studies import Study
 from qsmpm_verify.trouble import Trouble
 
 LARGEST = 5_000_000
-"""Bytes; more does not go by mail."""
+"""Largest size in bytes that can usually be sent by mail."""
 
 VIEWS = (
     (
         "slope_grid/e200_10",
         "mises",
-        "The slope of the paper at a unit weight of 100 kN/m3: where it started, and where it is",
+        "The slope of the paper at a unit weight of 100 kN/m3: initial and deformed geometry",
     ),
-    ("cantilever/spline_4_points_9", "stress_xx", "The cantilever under its whole load"),
+    ("cantilever/spline_4_points_9", "stress_xx", "The cantilever under its full load"),
 )
 
 
 def chart_part(words: Namespace) -> tuple[str, int]:
-    """The charts and how many runs of them failed."""
+    """The charts and the number of their runs that failed."""
     asked = Namespace(**{**vars(words), "studies": [], "out": words.folder / "studies", "repeat": 1, "peers": False})
     parts, failed = (
         ["<h2 id=charts>Error against cost</h2>\n<p>" + text(" ".join(chart.PREFACE).replace("`", "")) + "</p>\n"],
@@ -55,7 +55,7 @@ def chart_part(words: Namespace) -> tuple[str, int]:
         failed += sum(not s.good for s in samples)
         parts.append(f"<h3>{text(study.title)}</h3>\n<p>Reference: {text(study.source)}. {text(study.note)}</p>\n")
         parts.append(
-            figure(with_tips(inline_svg(picture), chart.tips(study, samples)), f"{study.error.name} over CPU seconds of one core; broad: no run is better")
+            figure(with_tips(inline_svg(picture), chart.tips(study, samples)), f"{study.error.name} against CPU seconds of one core; broad line: no run is better")
         )
         parts.append(table(chart.choice_header(study), [("", row) for row in chart.choice_rows(samples)]))
         rows = [("best" if row[4] == "best" else "", row) for row in chart.run_rows(study, samples)]
@@ -66,7 +66,7 @@ def chart_part(words: Namespace) -> tuple[str, int]:
 
 
 def others_part(study: Study) -> str:
-    """Figures of other programs, with what makes them other than ours."""
+    """Results of other programs, and how they differ from those of QSMPM."""
     if not study.others:
         return ""
     rows = [("", row) for row in chart.other_rows(study)]
@@ -77,16 +77,16 @@ def others_part(study: Study) -> str:
 
 
 def scene_part(words: Namespace) -> str:
-    """What a smaller model of a scene saves and changes."""
+    """Savings and changes with the reduced model of a scene."""
     asked = Namespace(**{**vars(words), "names": [], "out": words.folder / "scene", "repeat": 1})
     savings = scene.take_savings(asked)
     picture = scene.draw(savings, words.folder / "charts" / "scene.svg")
     scene.write_csv(savings, words.folder / "charts" / "scene.csv")
     notes = "".join(f"<li>{text(s.reduction.title)}: {text(s.reduction.note)}</li>" for s in savings)
-    caption = ("Whole scene (grey) and reduced one (green); at the right the largest change of the result over all steps, "
-               "a share of its largest value")  # fmt: skip
+    caption = ("Full scene (grey) and reduced model (green); at the right the largest change of the result over all steps, "
+               "relative to its largest value")  # fmt: skip
     return (
-        "<h2 id=scene>No more model than the scene needs</h2>\n" + figure(inline_svg(picture), caption)
+        "<h2 id=scene>The smallest model of a scene</h2>\n" + figure(inline_svg(picture), caption)
         + table(scene.HEADER, [("", scene.row(s)) for s in savings]) + f"<ul class=command>{notes}</ul>\n"
         + command(chart.command_of(words, "scene", []))
     )  # fmt: skip
@@ -113,11 +113,11 @@ def map_part(words: Namespace) -> str:
             [("", [f.test, f.method, stability_map.cell_text(f), f.note]) for f in kind],
         )
         + "</details>\n"
-        for title, kind in (("What fails silently", silent), ("What the failures say", reported))
+        for title, kind in (("Silent failures", silent), ("Messages of the failures", reported))
     )
     return (
         "<h2 id=map>Where methods fail</h2>\n" + figure(shown, stability_map.count_line(matrix))
-        + table(["test", "what", "asks", "good to", "degraded to"], rows) + lists
+        + table(["test", "what", "asks", "good up to", "degraded up to"], rows) + lists
         + command("tools/qsmpm-verify map")
     )  # fmt: skip
 
@@ -138,7 +138,7 @@ def case_part(words: Namespace, program: Path) -> tuple[str, list[Verdict], dict
         rows.append(("missed" if v.held is False else "", cells))
     header = ["case", "quantity", "value", "reference", "error", "tolerance", "verdict", "note"]
     missed = [row for row in rows if row[0]]
-    shown = table(header, missed) if missed else "<p>None missed.</p>"
+    shown = table(header, missed) if missed else "<p>All passed.</p>"
     whole = f"<details><summary>All {len(rows)} figures</summary>{table(header, rows)}</details>\n"
     again = command(f"tools/qsmpm-verify run --effort {words.effort}")
     return (
@@ -149,7 +149,7 @@ def case_part(words: Namespace, program: Path) -> tuple[str, list[Verdict], dict
 
 
 def view_part(words: Namespace, runs: dict[str, Run]) -> str:
-    """Pictures of last states, of runs that ended well."""
+    """Figures of the last states of successful runs."""
     parts = []
     for name, field, caption in VIEWS:
         run = runs.get(name)
@@ -163,35 +163,35 @@ def view_part(words: Namespace, runs: dict[str, Run]) -> str:
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("report", help="one HTML file of a run; without one, of charts, stability map, cases, pictures, the machine")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("report", help="HTML report of a run; without RUN, of the charts, stability map, cases, figures and the machine")
     verb.add_argument("run", type=Path, nargs="?", help="folder of a run, or its results.h5")
-    verb.add_argument("--docx", type=Path, help="of a run: write a document too")
-    verb.add_argument("--bounds", action="store_true", help="of a run: limit analysis of its safety phases")
+    verb.add_argument("--docx", type=Path, help="for a run: also write a document")
+    verb.add_argument("--bounds", action="store_true", help="for a run: limit analysis of its safety phases")
     add_running_words(verb, "")
-    verb.add_argument("--html", type=Path, help="file to write; report.html in the folder of the run, or qsmpm_report.html in that of the runs")
+    verb.add_argument("--html", type=Path, help="file to write; default report.html in the folder of the run, or qsmpm_report.html in the folder of the runs")
     verb.set_defaults(act=act)
 
 
 def study_part() -> str:
-    """Studies of the user's own decks that lie in output/study; nothing when there is none."""
+    """Studies of the user's decks in output/study; empty without such studies."""
     parts = []
     for path in sorted((TOP / "output" / "study").glob("*/figures.json")):
         try:
             told = json.loads(path.read_text(encoding="utf-8"))
             deck, history, lines = str(told["deck"]), str(told["history"]), [str(line) for line in told["told"]]
         except (ValueError, KeyError, TypeError) as error:
-            raise Trouble(f"{path}: cut, or not the figures of a study ({error!r})") from error
+            raise Trouble(f"{path}: truncated, or not the results of a study ({error!r})") from error
         picture = path.with_name("study.svg")
         drawing = with_tips(inline_svg(picture), study_tips(told.get("runs", []))) if picture.is_file() else ""
-        shown = figure(drawing, f"{deck}: error over CPU seconds") if drawing else ""
+        shown = figure(drawing, f"{deck}: error against CPU seconds") if drawing else ""
         items = "".join(f"<li>{text(line)}</li>" for line in lines)
         parts.append(f"<h3>{text(deck)}: {text(history)}</h3>\n<ul>{items}</ul>\n{shown}")
-    return "<h2 id=studies>Your scenes</h2>\n" + "".join(parts) if parts else ""
+    return "<h2 id=studies>Studies of user decks</h2>\n" + "".join(parts) if parts else ""
 
 
 def study_tips(runs: Sequence[dict]) -> dict[str, list[str]]:
-    """What the marks of a study's drawing tell, by the names of their groups."""
+    """Tooltips of the marks in the figure of a study, by the names of their groups."""
     good = [run for run in runs if "figure" in run and "seconds" in run]
     return {
         f"runs-{number}": [f"{method}, grid 2^{run.get('level', 0)}: {run['figure']:.6g}, {run['seconds']:.3g} CPU s"
@@ -201,7 +201,7 @@ def study_tips(runs: Sequence[dict]) -> dict[str, list[str]]:
 
 
 def or_gap(title: str, make: Callable[[], str], gaps: list[str]) -> str:
-    """A part of the page; where it cannot be made the gap is marked with its reason, and the page goes on."""
+    """A part of the page; if it cannot be generated, the page states the reason and continues."""
     try:
         return make()
     except Trouble as trouble:
@@ -210,24 +210,24 @@ def or_gap(title: str, make: Callable[[], str], gaps: list[str]) -> str:
 
 
 def page_of(parts: Sequence[str], summary: str, facts: str, again: str) -> str:
-    """The page from the top: what holds, then the parts, then the machine."""
+    """The page: summary, parts, machine."""
     links = "".join(
         f"<a href='#{name}'>{title}</a> | " for name, title in (
-            ("charts", "Charts"), ("studies", "Your scenes"), ("scene", "Smaller models"), ("map", "Stability map"),
+            ("charts", "Charts"), ("studies", "Studies of user decks"), ("scene", "Smaller models"), ("map", "Stability map"),
             ("views", "Pictures"), ("cases", "Cases"))
         if f"id={name}>" in "".join(parts)
     )  # fmt: skip
     return (
         "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width, initial-scale=1'>"
         f"<title>QSMPM report</title><style>{STYLE}</style>\n"
-        f"<h1>QSMPM: what it computes, how well and at what cost</h1>\n<p>{summary}</p>\n"
+        f"<h1>QSMPM: results, accuracy and cost</h1>\n<p>{summary}</p>\n"
         f"<nav>{links}<a href='#machine'>Machine</a></nav>\n{''.join(parts)}<h2 id=machine>Machine and versions</h2>\n{facts}"
         f"{again}<script>{SCRIPT}</script></html>\n"
     )
 
 
 def act(words: Namespace) -> int:
-    """Run what has not been run, write the page. Exit code 1 when a case missed, 3 when one or a whole part failed."""
+    """Run what is not yet available, write the page. Exit code 1 if a case missed, 3 if a run or a whole part failed."""
     if words.run is not None:
         return run_report.act(words)
     program = checked_program(words)
@@ -250,12 +250,12 @@ def act(words: Namespace) -> int:
 
     case_page = or_gap("Verification cases", cases, gaps)
     parts = [
-        or_gap("Error against cost", charts, gaps), or_gap("Your scenes", study_part, gaps),
-        or_gap("No more model than the scene needs", lambda: scene_part(words), gaps),
+        or_gap("Error against cost", charts, gaps), or_gap("Studies of user decks", study_part, gaps),
+        or_gap("The smallest model of a scene", lambda: scene_part(words), gaps),
         or_gap("Where methods fail", lambda: map_part(words), gaps), view_part(words, found), case_page,
     ]  # fmt: skip
     held, missed = counts(verdicts)
-    summary = (f"{held} figures of the verification cases held, {missed} missed; {sum(failed)} runs of the charts failed "
+    summary = (f"{held} results of the verification cases passed, {missed} missed; {sum(failed)} runs of the charts failed "
                "and are listed there." + (f" Missing: {', '.join(gaps)}." if gaps else ""))  # fmt: skip
     facts = table(["what", "is"], [("", fact) for fact in describe(program, TOP)])
     page = page_of(parts, summary, facts, command(f"tools/qsmpm-verify report --effort {words.effort}"))
@@ -263,7 +263,7 @@ def act(words: Namespace) -> int:
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(page, encoding="utf-8")
     size = out.stat().st_size
-    print(f"{out}: {size / 1e6:.2f} MB" + (", more than goes by mail" if size > LARGEST else ""))
+    print(f"{out}: {size / 1e6:.2f} MB" + (", too large for mail" if size > LARGEST else ""))
     print(summary)
     if gaps or any(run.exit_code != run.case.exit_code for run in found.values()):
         return 3

@@ -1,6 +1,6 @@
-"""The picture of a study: error over CPU seconds, a line a method, other programs hollow, the front drawn broad.
+"""Chart of a study: error against CPU seconds, one line for each method, open symbols for other programs, a broad line for the front.
 
-The front goes through the runs that make it; eight methods at the most are named, the rest is grey (the tables have all).
+The front connects the runs that form it; at most eight methods are named, the others are grey (the tables contain all).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LINE = 0.045
 
 
 def label_of(method: str, samples: Sequence[Sample]) -> str:
-    """Text of the legend: the method and its fitted order; of two sizes only it is said, a rise of the error has none."""
+    """Text of the legend: the method and its fitted order; with only two sizes this is stated, and an increasing error has no order."""
     own = [s for s in samples if s.method == method]
     fitted = order(own)
     if all(s.at_floor for s in own if s.good) and any(s.good for s in own):
@@ -37,12 +37,12 @@ def label_of(method: str, samples: Sequence[Sample]) -> str:
 
 
 def shown_methods(study: Study, samples: Sequence[Sample]) -> list[str]:
-    """Methods that get a colour and a name, in the order of the study: those of the front, then those nearest to it."""
+    """Methods with a colour and a name, in the order of the study: those of the front, then those nearest to it."""
     errors = lasting_errors(samples)
     best = [(samples[i].seconds, errors[i]) for i in front(samples)]
 
     def distance(label: str) -> float:
-        """How many times worse than the front the method's best run is, in error and cost together; 0 on the front."""
+        """Factor by which the best run of the method exceeds the front, in error and cost together; 0 on the front."""
         own = [(s.seconds, e) for s, e in zip(samples, errors) if s.method == label and s.good]
         return min((max(math.log(e / f) + math.log(t / u), 0.0) if (t, e) != (u, f) else 0.0
                     for t, e in own for u, f in best if u <= t and f <= e), default=math.inf)  # fmt: skip
@@ -53,7 +53,7 @@ def shown_methods(study: Study, samples: Sequence[Sample]) -> list[str]:
 
 
 def draw_methods(axes: plt.Axes, study: Study, samples: Sequence[Sample]) -> list[tuple[float, float, str, str]]:
-    """A line a method, grey beyond the eight nearest to the front; ends of the others with their names and colours."""
+    """One line for each method, grey except for the eight nearest to the front; ends of the named lines with their names and colours."""
     shown = shown_methods(study, samples)
     ends = []
     for method in study.methods:
@@ -71,7 +71,7 @@ def draw_methods(axes: plt.Axes, study: Study, samples: Sequence[Sample]) -> lis
 
 
 def tips(study: Study, samples: Sequence[Sample]) -> dict[str, list[str]]:
-    """What the marks of the drawing tell, by the names of their groups."""
+    """Tooltips of the marks of the chart, by the names of their groups."""
     told = {
         f"runs-{place}": [f"{s.method}, {study.size} {s.size:g}: error {s.error:.2e}, {s.seconds:.3g} CPU s"
                           for s in samples if s.method == label and s.good]
@@ -83,7 +83,7 @@ def tips(study: Study, samples: Sequence[Sample]) -> dict[str, list[str]]:
 
 
 def name_ends(axes: plt.Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:
-    """Names of lines in a column at the right, each as near to the height of its line's end as the others leave room."""
+    """Names of lines in a column at the right, each as close to the end of its line as the other names permit."""
     heights: list[float] = []
     to_share = axes.transAxes.inverted()
     for x, y, name, colour in sorted(ends, key=lambda end: end[1]):
@@ -96,7 +96,7 @@ def name_ends(axes: plt.Axes, ends: Sequence[tuple[float, float, str, str]]) -> 
 
 
 def draw_others(axes: plt.Axes, study: Study) -> None:
-    """Points of other programs: hollow and dashed."""
+    """Points of other programs: open symbols and dashed lines."""
     for place, other in enumerate(study.others):
         _, error, seconds = zip(*other.points)
         axes.loglog(
@@ -106,12 +106,12 @@ def draw_others(axes: plt.Axes, study: Study) -> None:
 
 
 def draw(study: Study, samples: Sequence[Sample], path: Path) -> Path:
-    """The picture of a study in a file."""
+    """Write the chart of a study to a file."""
     figure, axes = plt.subplots(figsize=(9.4, 5.2), layout="constrained")
     ends = draw_methods(axes, study, samples)
     errors, along = lasting_errors(samples), front(samples)
     axes.loglog([samples[i].seconds for i in along], [errors[i] for i in along], "o-", color="gold", lw=7, ms=11, alpha=0.5,
-                zorder=0, label="front: no run is cheaper and better")  # fmt: skip
+                zorder=0, label="front: no run is both cheaper and more accurate")  # fmt: skip
     draw_others(axes, study)
     set_ticks(axes.xaxis, *axes.get_xlim())
     set_ticks(axes.yaxis, *axes.get_ylim())

@@ -1,9 +1,9 @@
-"""`trust`: what runs state of the error of their stresses, beside the true error where the stress is known.
+"""`trust`: the stress error that runs report, compared with the true error where the stress is known.
 
-Rows are those tests of the stability map whose stress is known at every point, cavities in bodies of two sizes
-(verification/trust), and manufactured fields. Mean and largest are those of docs/methods/stress_error.md, the true
-error in the place of the estimated one: of the norm of the stress difference at the points, over the stress around
-them; a loaded surface counts for the largest stated. The effectivity is stated over true.
+The rows are the tests of the stability map with known stress at every point, cavities in bodies of two sizes
+(verification/trust), and manufactured fields. Mean and largest are defined in docs/methods/stress_error.md, with the true
+error instead of the estimated one: of the norm of the stress difference at the points, relative to the stress around
+them; a loaded surface is included in the largest reported. The effectivity is the reported error divided by the true error.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ SHEARS_TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 """Weights of the components in the norm of a tensor."""
 HEADINGS = ["scene", "method", "true mean", "stated", "ratio", "true largest", "stated", "ratio", "warns"]
 LOW, HIGH = 0.5, 2.0
-"""An estimate between these shares of the true error is right."""
+"""An estimate between these ratios to the true error is accurate."""
 LEAST = 1e-6
-"""True errors below this are those of tolerances and rounding: they have no ratio."""
+"""True errors below this value are due to tolerances and round-off: they have no ratio."""
 
 
 def uniform(*components: float) -> Callable[[Points], Array]:
-    """A stress that is the same at every point."""
+    """A uniform stress."""
     return lambda points: np.tile(np.array(components), (len(points.field("volume")), 1))
 
 
 def column(points: Points) -> Array:
-    """The column of test S2: the weight above the place where a point started."""
+    """The column of test S2: the weight above the initial position of a point."""
     start = points.field("position")[:, 1] - points.field("displacement")[:, 1]
     stress = np.zeros((len(start), 6))
     stress[:, 1] = -0.8 * (50.0 - start)
@@ -49,7 +49,7 @@ def column(points: Points) -> Array:
 
 
 def square(points: Points) -> Array:
-    """The turned square of test S3 by Hencky's law: its tractions act on the undeformed sides, which shorten."""
+    """The rotated square of test S3 with Hencky's law: its tractions act on the undeformed sides, which shorten."""
     stiffness = 1e6 / (1.3 * 0.4)
     stretch = 1.0
     for _ in range(5):
@@ -58,7 +58,7 @@ def square(points: Points) -> Array:
 
 
 def cavity(ambient: float) -> Callable[[Points], Array]:
-    """Lame's cavity of radius 1 under a pressure of 1, in a body under another one (Poisson's ratio 0.3)."""
+    """Lame's cavity of radius 1 under a pressure of 1, in a body under another pressure (Poisson's ratio 0.3)."""
 
     def exact(points: Points) -> Array:
         radial = 1.0 / points.field("position")[:, 0] ** 2
@@ -85,12 +85,12 @@ FIELDS = (
     ("BASIS=STANDARD", 4), ("BASIS=GIMP", 4), ("BASIS=SPLINE2, INTEGRATION=CELL", 9),
     ("BASIS=SPLINE2G, INTEGRATION=CELL", 9), ("BASIS=SPLINE3, INTEGRATION=CELL", 16),
 )  # fmt: skip
-"""Methods tried on a manufactured field, and their points a cell."""
+"""Methods for a manufactured field, and their points per cell."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A run: true and stated errors as shares; NaN where there is none."""
+    """A run: true and reported relative errors; NaN if there is none."""
 
     scene: str
     method: str
@@ -102,13 +102,13 @@ class Line:
 
 
 def mean_error(share: Array, scale: Array, volume: Array) -> float:
-    """Mean of an error as a share of the stress around: where the error is, as a run states it."""
+    """Mean of an error relative to the surrounding stress, over the points with error, as reported by a run."""
     weight = volume * scale**2 * np.sqrt(share)
     return float(np.average(share, weights=weight)) if weight.sum() > 0 else 0.0
 
 
 def true_errors(points: Points, exact: Array) -> tuple[float, float]:
-    """Mean and largest of the norm of the stress error over the stress around each point."""
+    """Mean and largest of the norm of the stress error relative to the stress around each point."""
     scale = points.field("stress_scale")
     share = np.sqrt(((points.field("stress") - exact) ** 2) @ SHEARS_TWICE) / scale
     return mean_error(share, scale, points.field("volume")), float(share.max())
@@ -128,7 +128,7 @@ def deck_lines(program: Path, out: Path, fresh: bool) -> list[Line]:
         for trial in test.trials:
             run = run_case(trial.case, program, out, fresh=fresh)
             if run.exit_code != 0:
-                raise ResultError(f"{trial.case.name} has not finished: {run.message}")
+                raise ResultError(f"{trial.case.name} did not finish: {run.message}")
             points, log = read_points(run.directory), log_text(run)
             mean, largest = true_errors(points, EXACT[test.id](points))
             stated = stated_error(log, "mean"), stated_error(log, "largest")
@@ -137,7 +137,7 @@ def deck_lines(program: Path, out: Path, fresh: bool) -> list[Line]:
 
 
 def field_lines(folder: Path, cells: int) -> list[Line]:
-    """A manufactured field on a square of some cells a side: root mean squares, from build/manufactured."""
+    """A manufactured field on a square with a number of cells per side: root mean squares, from build/manufactured."""
     lines = []
     for method, points in FIELDS:
         words = [str(folder / "manufactured"), method, str(points), "2", str(cells), "20"]
@@ -151,7 +151,7 @@ def field_lines(folder: Path, cells: int) -> list[Line]:
 
 
 def ratios(line: Line) -> tuple[float, float]:
-    """Effectivities of mean and largest; NaN where the true error is none."""
+    """Effectivities of mean and largest; NaN if the true error is negligible."""
     mean = line.stated_mean / line.mean if line.mean > LEAST else math.nan
     return mean, line.stated_largest / line.largest if line.largest > LEAST else math.nan
 
@@ -167,17 +167,17 @@ def shown(line: Line) -> list[str]:
 
 
 def counted(lines: list[Line]) -> str:
-    """How many effectivities are right."""
+    """Number of accurate effectivities."""
     words = []
     for index, name in enumerate(("mean", "largest")):
         found = [ratio for ratio in (ratios(line)[index] for line in lines) if math.isfinite(ratio)]
         right = sum(LOW <= ratio <= HIGH for ratio in found)
-        words.append(f"{right} of {len(found)} stated {name} errors lie within {LOW:g} and {HIGH:g} of the true one")
+        words.append(f"{right} of {len(found)} reported {name} errors are between {LOW:g} and {HIGH:g} times the true one")
     return "; ".join(words)
 
 
 def sizes(lines: list[Line]) -> str:
-    """How far what is stated of the cavities changes with the size of the body around them."""
+    """Change of the reported errors of the cavities with the size of the body."""
     stated = {(line.scene, line.method): (line.stated_mean, line.stated_largest) for line in lines}
     words = []
     for near, far, name in (("T1", "T2", "quiet"), ("T3", "T4", "pressed")):
@@ -186,21 +186,21 @@ def sizes(lines: list[Line]) -> str:
             continue
         change = [max(abs(b[k] / a[k] - 1) for a, b in pairs) for k in (0, 1)]
         words.append(f"{name} body: mean by up to {100 * change[0]:.0f} %, largest by up to {100 * change[1]:.1f} %")
-    return "20 radii for 2 around the cavity change what is stated, " + "; ".join(words)
+    return "20 instead of 2 radii around the cavity change the reported error, " + "; ".join(words)
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("trust", help="what runs state of their stress error, beside the true one")
-    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
-    verb.add_argument("--out", type=Path, default=BUILD / "stability", help="folder of the runs, those of `map`")
-    verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
-    verb.add_argument("--markdown", action="store_true", help="print the table as a page has it")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("trust", help="compare the stress error reported by runs with the true error")
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="program to run")
+    verb.add_argument("--out", type=Path, default=BUILD / "stability", help="folder of the runs, the same as for `map`")
+    verb.add_argument("--fresh", action="store_true", help="repeat runs that are already available")
+    verb.add_argument("--markdown", action="store_true", help="print the table in Markdown")
     verb.set_defaults(act=act, jobs=1)
 
 
 def act(words: argparse.Namespace) -> int:
-    """Run and tell."""
+    """Run and report."""
     program = checked_program(words)
     lines = deck_lines(program, words.out, words.fresh)
     for cells in (16, 32):

@@ -1,4 +1,4 @@
-"""Scalar fields of material points as `view` names them: displacement, stress_xx, pressure, mises, plastic ..."""
+"""Scalar fields of material points by the names that `view` accepts: displacement, stress_xx, pressure, mises, plastic ..."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def mises(stress: Array) -> Array:
 
 
 def scalar_field(points: Points, name: str) -> Array:
-    """One value a point: a field of numbers, the size of a vector, the mean of a stress (compression positive), a component."""
+    """One value for each point: a scalar field, the magnitude of a vector, the mean of a stress (compression positive), a component."""
     if name in SHORT:
         return scalar_field(points, SHORT[name])
     if name == "mises":
@@ -43,7 +43,7 @@ def scalar_field(points: Points, name: str) -> Array:
         return values[:, places[part]]
     more = [n for n, v in points.fields.items() if v.ndim == 1]
     tensors = [f"{n}_{'x' if v.shape[1] == 3 else 'xx'} ..." for n, v in points.fields.items() if v.ndim == 2]
-    raise ResultError(f"{points.path}: no field '{name}'; there are {', '.join(dict.fromkeys([*NAMES, *more, *tensors]))}")
+    raise ResultError(f"{points.path}: no field '{name}'; available are {', '.join(dict.fromkeys([*NAMES, *more, *tensors]))}")
 
 
 def _whole(points: Points, name: str) -> Array:
@@ -55,19 +55,19 @@ def _whole(points: Points, name: str) -> Array:
         return np.linalg.norm(values, axis=1)
     if name in ("stress", "total_stress"):
         return -values[:, :3].mean(axis=1)
-    raise ResultError(f"{points.path}: {name} has components: say {name}_xx, {name}_xy ..., shear_strain or volume_strain")
+    raise ResultError(f"{points.path}: {name} has components: use {name}_xx, {name}_xy ..., shear_strain or volume_strain")
 
 
 def title_of(name: str) -> str:
-    """A field as a legend names it: displacement y, stress xx, plastic shear strain."""
+    """Title of a field in a legend: displacement y, stress xx, plastic shear strain."""
     name = SHORT.get(name, name)
-    return {"volume_ratio": "volume over that of the start", "mises": "von Mises stress", "plastic": "state",
+    return {"volume_ratio": "volume / initial volume", "mises": "von Mises stress", "plastic": "state",
             "stress": "mean stress, compression positive", "total_stress": "mean total stress, compression positive",
             "pore_pressure": "pore pressure, compression positive"}.get(name, name.replace("_", " "))  # fmt: skip
 
 
 def unit_of(folder: Path, name: str) -> str:
-    """Unit of a field, from *UNITS of the echoed deck in the folder; empty when it says none."""
+    """Unit of a field, from *UNITS of the echoed deck in the folder; empty if not defined."""
     words = units(folder)
     if name.startswith(("displacement", "position", "head")):
         return words.get("LENGTH", "")

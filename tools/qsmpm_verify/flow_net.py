@@ -1,4 +1,4 @@
-"""A flow net over the picture of heads: lines of equal head, and lines along which the water runs."""
+"""A flow net in the figure of heads: equipotential lines and flow lines."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HEADS, ACROSS, LEAST, EVEN = 12, 160, 1e-2, 1e-9
 
 
 def draw_net(axes: Any, place: Array, head: Array, flow: Array) -> None:
-    """Draw both where there is water: heads and velocities (n, 2) at places (n, 2), no number where it is dry."""
+    """Draw both where there is water: heads and velocities (n, 2) at points (n, 2), NaN where it is dry."""
     low, high = place.min(axis=0), place.max(axis=0)
     x, y = (np.linspace(a, b, max(2, round(ACROSS * (b - a) / max(high - low)))) for a, b in zip(low, high))
     grid = np.stack(np.meshgrid(x, y), axis=-1)

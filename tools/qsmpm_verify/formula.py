@@ -1,4 +1,4 @@
-"""Formulas of the library as the command line names them: `function:van_langen(modulus=1000, strain=axial_strain)`.
+"""Formulas of the library as named on the command line: `function:van_langen(modulus=1000, strain=axial_strain)`.
 
 An argument is a number, true or false, or a column of the result, `-column` for its negative.
 """
@@ -26,7 +26,7 @@ class Formula:
     columns: dict[str, str]
 
     def along(self, curves: Curves, rows: Array) -> Array:
-        """Its values at some rows of the curves."""
+        """Its values for some rows of the curves."""
         given = {argument: signed_column(curves, name)[rows] for argument, name in self.columns.items()}
         try:
             return np.array([
@@ -38,7 +38,7 @@ class Formula:
 
 
 def signed_column(curves: Curves, name: str) -> Array:
-    """A column, or the negative of one named with a minus."""
+    """A column, or its negative if the name has a minus sign."""
     return -curves.column(name[1:]) if name.startswith("-") else curves.column(name)
 
 
@@ -53,20 +53,20 @@ def _argument(text: str) -> float | bool | str:
 
 
 def read_formula(text: str) -> Formula:
-    """A formula from what stands behind `function:`; names and arguments are checked."""
+    """A formula from the text after `function:`; names and arguments are checked."""
     hit = re.fullmatch(r"\s*(\w+)\s*(?:\((.*)\))?\s*", text)
     if not hit:
-        raise Trouble(f"function:{text}: write function:NAME(argument=value, argument=COLUMN)")
+        raise Trouble(f"function:{text}: the format is function:NAME(argument=value, argument=COLUMN)")
     name = hit[1]
     if name not in REFERENCES:
-        raise Trouble(f"no function '{name}'; there are {', '.join(sorted(REFERENCES))}")
+        raise Trouble(f"unknown function '{name}'; known are {', '.join(sorted(REFERENCES))}")
     known = inspect.signature(REFERENCES[name]).parameters
     fixed: dict[str, float | bool] = {}
     columns: dict[str, str] = {}
     for pair in filter(None, (part.strip() for part in (hit[2] or "").split(","))):
         word, sign, value = (part.strip() for part in pair.partition("="))
         if not sign or not value or word not in known:
-            raise Trouble(f"function {name}: '{pair}' is not one of its arguments {', '.join(known)} with a value")
+            raise Trouble(f"function {name}: '{pair}' must be one of its arguments {', '.join(known)} with a value")
         if word in fixed or word in columns:
             raise Trouble(f"function {name}: '{word}' is given twice")
         given = _argument(value)
@@ -76,5 +76,5 @@ def read_formula(text: str) -> Formula:
             fixed[word] = given
     missing = [p for p in known if known[p].default is inspect.Parameter.empty and p not in fixed and p not in columns]
     if missing:
-        raise Trouble(f"function {name}: no value of {', '.join(missing)}")
+        raise Trouble(f"function {name}: missing argument {', '.join(missing)}")
     return Formula(name, REFERENCES[name], fixed, columns)

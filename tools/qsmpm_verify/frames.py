@@ -1,7 +1,7 @@
-"""A deck in another frame: moved, mirrored, turned by a quarter, in other units, with its cards in another order.
+"""A deck in another frame: translated, mirrored, rotated by 90 degrees, in other units, with its keywords in another order.
 
-Every history of the deck is written so that the run in the new frame has the numbers of the old one: components and signs are those of
-the frame, SCALE undoes the units. A card whose data are not known here is an error, so that nothing is left behind in the old frame.
+Every history of the deck is converted so that the run in the new frame gives the values of the old one: components and signs are those of
+the frame, SCALE reverts the units. A keyword that is not supported here is an error, so that nothing remains in the old frame.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ AS_IT_STANDS = {
 
 @dataclass(frozen=True)
 class Frame:
-    """x' = length (A x + shift), A a turn by quarters with or without a mirror; forces times `force`."""
+    """x' = length (A x + shift), A a rotation by multiples of 90 degrees with or without a mirror; forces times `force`."""
 
     matrix: tuple[tuple[int, int], tuple[int, int]] = ((1, 0), (0, 1))
     shift: tuple[float, float] = (0.0, 0.0)
@@ -45,7 +45,7 @@ class Frame:
 
     @property
     def mirrors(self) -> bool:
-        """Left and right are exchanged."""
+        """Whether left and right are exchanged."""
         (a, b), (c, d) = self.matrix
         return a * d - b * c < 0
 
@@ -64,7 +64,7 @@ class Frame:
         return new, self.matrix[new][old]
 
     def along(self, old: int, value: float) -> float:
-        """A coordinate along an axis."""
+        """Transform a coordinate along an axis."""
         new, sign = self.axis(old)
         return self.length * (sign * value + self.shift[new])
 
@@ -89,7 +89,7 @@ def _axis_number(word: str | None) -> int:
 
 
 def _places(card: Card, frame: Frame) -> Card:
-    """Rows of places."""
+    """Rows of points."""
     return replace(card, lines=tuple(line(*frame.point(numbers(row))) for row in card.data()))
 
 
@@ -98,7 +98,7 @@ def _boxes(card: Card, frame: Frame) -> Card:
 
 
 def _grid(card: Card, frame: Frame) -> Card:
-    """Lines of the grid; an axis that is turned round goes from its end to its start."""
+    """Lines of the grid; an axis that is reversed goes from its end to its start."""
     rows = []
     for row in card.data():
         if plain(row[1]) == "LINES":
@@ -123,7 +123,7 @@ def _node_set(card: Card, frame: Frame) -> Card:
 
 
 def _surface(card: Card, frame: Frame) -> Card:
-    """Segments have the body to their left, which a mirror exchanges."""
+    """Segments have the body on their left, which a mirror exchanges."""
     if card.value("TYPE") != "SEGMENT":
         return _boxes(card, frame) if card.data() else card
     rows = []
@@ -155,7 +155,7 @@ def _rigid_body(card: Card, frame: Frame) -> Card:
 
 
 def _history(card: Card, frame: Frame) -> Card:
-    """The same numbers: component and sign of the frame, units undone."""
+    """The same values: component and sign of the frame, units reverted."""
     quantity = str(card.value("QUANTITY"))
     component, scale = card.value("COMPONENT"), float(card.value("SCALE") or 1.0)
     if component in AXES:
@@ -177,7 +177,7 @@ def _history(card: Card, frame: Frame) -> Card:
 
 
 def _strength(card: Card, frame: Frame) -> Card:
-    """Stresses stand first and, of a tension cut-off, fourth."""
+    """Stresses are first and, for a tension cut-off, fourth."""
     rows = []
     for row in card.data():
         values = numbers(row)
@@ -199,7 +199,7 @@ def _vector(card: Card, frame: Frame, factor: float = 1.0) -> Card:
 
 
 def _held(card: Card, frame: Frame) -> Card:
-    """Names of components behind that of a set."""
+    """Names of components after that of a set."""
     rows = []
     for row in card.data():
         words = [AXES[frame.axis(AXES.index(plain(w)))[0]] if plain(w) in AXES else w for w in row[1:]]
@@ -281,7 +281,7 @@ def in_frame(deck: Deck, frame: Frame) -> Deck:
 
 
 def translated(deck: Deck, size: float, chance: random.Random) -> Deck:
-    """Moved by about a distance along both axes, by numbers that are no round ones; along the axis of symmetry alone in axisymmetry."""
+    """Translated by about a distance along both axes, by values that are not round; in axisymmetry only along the axis."""
     model = deck.find("MODEL")
     shift = [chance.choice((-1, 1)) * round(size * chance.uniform(0.7, 1.3), 4) for _ in range(2)]
     if model is not None and model.value("TYPE") == "AXISYMMETRIC":
@@ -295,7 +295,7 @@ def mirrored(deck: Deck) -> Deck:
 
 
 def turned(deck: Deck, sense: int) -> Deck:
-    """Turned by a quarter, counter-clockwise for 1, clockwise for -1."""
+    """Rotated by 90 degrees, counter-clockwise for 1, clockwise for -1."""
     return in_frame(deck, Frame(matrix=((0, -sense), (sense, 0))))
 
 
@@ -305,7 +305,7 @@ def in_units(deck: Deck) -> Deck:
 
 
 def _groups(cards: Sequence[Card]) -> list[list[Card]]:
-    """Cards before the first phase that stay together: a material with its properties, everything else by itself."""
+    """Keyword groups before the first phase that must remain together: a material with its properties; all others are single."""
     groups: list[list[Card]] = []
     properties = ("ELASTIC", "MOHR COULOMB", "SOFTENING", "UNIT WEIGHT", "VOLUMETRIC LOCKING", "UNDRAINED", "K0")
     for card in cards:
@@ -317,7 +317,7 @@ def _groups(cards: Sequence[Card]) -> list[list[Card]]:
 
 
 def reordered(deck: Deck, chance: random.Random) -> Deck:
-    """The cards before the phases in another order, and those of every phase."""
+    """The keywords before the phases in another order, and the keywords of every phase."""
     first = next(i for i, card in enumerate(deck.cards) if card.keyword == "PHASE")
     head = [card for card in deck.cards[:first] if card.keyword == "HEADING"]
     groups = _groups([card for card in deck.cards[:first] if card.keyword != "HEADING"])
@@ -337,7 +337,7 @@ def reordered(deck: Deck, chance: random.Random) -> Deck:
 
 
 def split(deck: Deck) -> Deck:
-    """Every phase of loads in two halves of half its steps: loads to half their way, bodies and nodes by half."""
+    """Every phase of loads in two halves with half of its steps: loads up to half, then the rest; bodies and nodes by half each."""
     cards: list[Card] = []
     block: list[Card] = []
     before = 0.0
@@ -360,7 +360,7 @@ def split(deck: Deck) -> Deck:
 
 
 def _halves(block: Sequence[Card], moves: bool) -> list[Card]:
-    """A phase of motions, or the first one of loads, in two."""
+    """A phase of motions, or the first phase of loads, in two."""
     phase = block[0]
     factor = float(phase.value("LOAD FACTOR") or 1.0)
     name = str(next(value for key, value in phase.parameters if plain(key) == "NAME"))
@@ -384,7 +384,7 @@ def _halves(block: Sequence[Card], moves: bool) -> list[Card]:
 
 
 def enlarged(deck: Deck) -> Deck:
-    """A few more rows of empty cells on each side of the grid on which no set of nodes stands."""
+    """Additional rows of empty cells on each side of the grid that carries no node set."""
     grid = deck.find("GRID")
     if grid is None:
         raise Trouble("a larger grid of a mesh file")
@@ -397,16 +397,16 @@ def enlarged(deck: Deck) -> Deck:
         if (axis, float(last[2])) not in planes:
             width = (float(last[2]) - float(last[1])) / int(last[3])
             if len(last) > 4 and not math.isclose(float(last[4]), 1.0):
-                raise Trouble("a larger grid beyond cells that grow")
+                raise Trouble("a larger grid with graded cells")
             rows.append(line(axis, float(last[2]), float(last[2]) + 7 * width, 7))
     if len(rows) == len(grid.data()):
-        raise Trouble("a grid with sets of nodes on all of its sides")
+        raise Trouble("a grid with node sets on all of its sides")
     return deck.with_card(replace(grid, lines=tuple(rows)))
 
 
 def whole_as_auto(deck: Deck) -> Deck:
-    """The smallest model of the scene in the place of the scene as it is written."""
+    """The smallest model of the scene instead of the scene as written."""
     model = deck.find("MODEL")
     if model is None or model.value("TYPE") != "PLANE STRAIN":
-        raise Trouble("AUTO of a scene that is not plane")
+        raise Trouble("AUTO for a scene that is not plane")
     return deck.with_card(model.with_value("TYPE", "AUTO").with_value("MIRROR", "YES"))

@@ -1,4 +1,4 @@
-"""Which of many runs are worth their cost: fronts, orders and the choice for an error asked for."""
+"""Efficient runs of a study: front of error against cost, orders of convergence, and the choice for a requested error."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Sample:
-    """One run of a study: what it cost and how far off it was; NaN where it failed, with the reason."""
+    """One run of a study: its cost and its error; NaN if it failed, with the reason."""
 
     study: str
     method: str
@@ -24,14 +24,14 @@ class Sample:
 
     @property
     def good(self) -> bool:
-        """Whether there is a point to draw."""
+        """Whether it can be plotted."""
         return math.isfinite(self.error) and math.isfinite(self.seconds) and self.error > 0 and self.seconds > 0
 
 
 def lasting_errors(samples: Sequence[Sample]) -> list[float]:
-    """The error each run can claim: its own or that of a finer run of the same method, if that is larger.
+    """The error attributed to each run: its own or that of a finer run of the same method, whichever is larger.
 
-    An error that passes through zero on the way of refinement looks small on one grid by luck.
+    An error that changes sign during refinement may be small on one grid by coincidence.
     """
     claims: dict[int, float] = {}
     for method in dict.fromkeys(s.method for s in samples):
@@ -44,7 +44,7 @@ def lasting_errors(samples: Sequence[Sample]) -> list[float]:
 
 
 def front(samples: Sequence[Sample]) -> list[int]:
-    """Indices of the runs no other is both cheaper and better than, from the cheapest on."""
+    """Indices of the runs for which no other run is both cheaper and more accurate, from the cheapest on."""
     errors = lasting_errors(samples)
     best, found = math.inf, []
     usable = [i for i, s in enumerate(samples) if s.good]
@@ -66,7 +66,7 @@ def order(samples: Sequence[Sample]) -> float | None:
 
 @dataclass(frozen=True)
 class Choice:
-    """The cheapest run whose error is no larger than asked."""
+    """The cheapest run whose error does not exceed the requested one."""
 
     asked: float
     sample: Sample
@@ -74,9 +74,9 @@ class Choice:
 
 
 def choices(samples: Sequence[Sample]) -> list[Choice]:
-    """The cheapest run for every 1, 2 and 5 times a power of ten that the front passes, and the best run of all.
+    """The cheapest run for every 1, 2 and 5 times a power of ten within the range of the front, and the most accurate run.
 
-    A run that serves for several of them is there once, for the smallest.
+    A run that applies to several of them is listed once, for the smallest.
     """
     errors = lasting_errors(samples)
     along = front(samples)

@@ -1,4 +1,4 @@
-"""Pieces of the page that `report` writes: its style, text, tables, commands and drawings as parts of HTML."""
+"""Elements of the page that `report` writes: style, text, tables, commands and drawings as HTML."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ NUMBER = re.compile(r"(<= |>= )?-?\d[\d.]*(e[-+]?\d+)?$")
 
 
 def text(value: object) -> str:
-    """Text without marks of the language."""
+    """Text with the special characters of HTML escaped."""
     return html.escape(str(value))
 
 
@@ -78,12 +78,12 @@ def table(header: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> s
 
 
 def command(line: str) -> str:
-    """The command that brings a figure again."""
-    return f'<p class="command">Again by <code>{text(line)}</code></p>\n'
+    """The command that reproduces a result."""
+    return f'<p class="command">Command: <code>{text(line)}</code></p>\n'
 
 
 def inline_svg(path: Path) -> str:
-    """A drawing as part of the page: without its head, names of parts made its own."""
+    """A drawing as part of the page: without its head, with unique names of its parts."""
     drawing = path.read_text(encoding="utf-8")
     drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
@@ -94,7 +94,7 @@ def inline_svg(path: Path) -> str:
 
 
 def _group(drawing: str, name: str) -> slice | None:
-    """Where the group of a name stands in a drawing, its parts with it."""
+    """Position of a named group in a drawing, with its parts."""
     hit = re.search(rf'<g id="(\w*_)?{re.escape(name)}">', drawing)
     if not hit:
         return None
@@ -107,7 +107,7 @@ def _group(drawing: str, name: str) -> slice | None:
 
 
 def with_tips(drawing: str, tips: Mapping[str, Sequence[str]]) -> str:
-    """A drawing whose marks tell their values: texts by the name of a group, one for each of its marks or one for it all."""
+    """A drawing with tooltips: texts by the name of a group, one for each of its marks or one for the whole group."""
     for name, texts in tips.items():
         place = _group(drawing, name)
         if place is None:
@@ -123,5 +123,5 @@ def with_tips(drawing: str, tips: Mapping[str, Sequence[str]]) -> str:
 
 
 def figure(content: str, caption: str) -> str:
-    """A picture with its text."""
+    """A figure with its caption."""
     return f"<figure><div class=wide>{content}</div><figcaption>{text(caption)}</figcaption></figure>\n"

@@ -1,4 +1,4 @@
-"""Compare the figures of finished runs with their references."""
+"""Compare the results of finished runs with their references."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from qsmpm_verify.trouble import Trouble
 
 @dataclass(frozen=True)
 class Verdict:
-    """One line of the report. `held` is None for a figure that is only printed; `expected` that it misses as it is known to."""
+    """One line of the report. `held` is None for a value that is only printed; `expected` marks a known miss."""
 
     case: str
     quantity: str
@@ -34,12 +34,12 @@ class Verdict:
     expected: bool = False
 
 
-HOLDS_NOW = "holds now: take the mark off"
+HOLDS_NOW = "passes now: remove expected_to_fail"
 """Of what is expected to fail."""
 
 
 class Place:
-    """Where in the curves a quantity is taken: rows of a phase, one of them or a point between two."""
+    """Position in the curves at which a quantity is evaluated: rows of a phase, one of them or a point between two."""
 
     def __init__(self, curves: Curves, quantity: Quantity) -> None:
         self.curves = curves
@@ -50,7 +50,7 @@ class Place:
             self.rows = curves.rows_of_phase(quantity.phase)
 
     def take(self, name: str) -> Array:
-        """Values of a column at the place, one or (for `every`) many."""
+        """Values of a column at the position, one or (for `every`) many."""
         values = self.curves.column(name)[self.rows]
         at = self.quantity.at
         if isinstance(at, dict):
@@ -63,7 +63,7 @@ class Place:
         return values[[-1 if at == "last" else 0]]
 
     def _between(self, values: Array, column: str, wanted: float) -> float:
-        """Linear between the two rows around the first passing of `wanted`; no extrapolation."""
+        """Linear interpolation between the two rows around the first crossing of `wanted`; no extrapolation."""
         x = self.curves.column(column)[self.rows]
         slack = 1e-9 * max(1.0, abs(wanted))
         for i in range(len(x)):
@@ -73,12 +73,12 @@ class Place:
                 share = (wanted - x[i - 1]) / (x[i] - x[i - 1])
                 return float(values[i - 1] + share * (values[i] - values[i - 1]))
         raise ResultError(
-            f"{self.curves.path}: {column} = {wanted:g} is not reached (it runs from {x.min():g} to {x.max():g})"
+            f"{self.curves.path}: {column} = {wanted:g} is not reached (range {x.min():g} to {x.max():g})"
         )
 
 
 def _plain_values(run: Run, quantity: Quantity) -> Array:
-    """The figure as the run has it, or the figures for `every`."""
+    """The value of the run, or the values for `every`."""
     if quantity.measure is not None:
         points = read_points(run.directory)
         return np.array([quantity.scale * MEASURES[quantity.measure](points, **quantity.arguments)])
@@ -89,7 +89,7 @@ def _plain_values(run: Run, quantity: Quantity) -> Array:
 
 
 def _values(run: Run, quantity: Quantity, runs: Mapping[str, Run]) -> Array:
-    """The figure to judge: the run's own, its order of convergence or its growth from another run."""
+    """The value to be assessed: that of the run, its order of convergence or its growth from another run."""
     own = _plain_values(run, quantity)
     table = quantity.order_from or quantity.growth_from
     if table is None:
@@ -105,7 +105,7 @@ def _values(run: Run, quantity: Quantity, runs: Mapping[str, Run]) -> Array:
 
 
 def _references(run: Run, quantity: Quantity, runs: Mapping[str, Run], count: int) -> Array:
-    """The references of the figures, as many as there are figures."""
+    """The references of the values, as many as there are values."""
     reference = quantity.reference
     if not isinstance(reference, dict):
         return np.full(count, math.nan if reference is None else float(reference))
@@ -134,7 +134,7 @@ def _references(run: Run, quantity: Quantity, runs: Mapping[str, Run], count: in
 
 
 def _against_reference(quantity: Quantity, values: Array, wanted: Array) -> tuple[int, Array]:
-    """Index of the worst figure and the errors; NaN is the worst of all."""
+    """Index of the worst value and the errors; NaN is the worst of all."""
     errors = np.abs(values - wanted)
     if quantity.error == "relative":
         errors = np.divide(
@@ -145,14 +145,14 @@ def _against_reference(quantity: Quantity, values: Array, wanted: Array) -> tupl
 
 
 def _allowed(quantity: Quantity, values: Array, wanted: Array) -> Array:
-    """The largest error of each figure, another one below the reference than above it where that is asked for."""
+    """The tolerance for each value, which may be different below the reference."""
     above = float(quantity.tolerance or 0.0)
     below = above if quantity.tolerance_below is None else float(quantity.tolerance_below)
     return np.where(values < wanted, below, above)
 
 
 def _bounded(quantity: Quantity, values: Array) -> tuple[int, bool]:
-    """Index of the figure furthest outside its bounds, and whether all are inside."""
+    """Index of the value furthest outside its bounds, and whether all are inside."""
     low = -math.inf if quantity.at_least is None else quantity.at_least
     high = math.inf if quantity.at_most is None else quantity.at_most
     outside = np.maximum(low - values, values - high)
@@ -162,7 +162,7 @@ def _bounded(quantity: Quantity, values: Array) -> tuple[int, bool]:
 
 
 def judge_quantity(run: Run, quantity: Quantity, runs: Mapping[str, Run]) -> Verdict:
-    """One quantity of a run; what cannot be found out is a miss with the reason as its note."""
+    """One quantity of a run; if it cannot be evaluated, it is a miss with the reason as its note."""
     cpu = cpu_seconds(run)
     name = run.case.name
     try:
@@ -198,7 +198,7 @@ def judge_quantity(run: Run, quantity: Quantity, runs: Mapping[str, Run]) -> Ver
 
 
 def judge_exit(run: Run) -> Verdict:
-    """Whether the program ended as it should."""
+    """Whether the program ended as expected."""
     code = math.nan if run.exit_code is None else float(run.exit_code)
     held = run.exit_code == run.case.exit_code
     return Verdict(
@@ -208,7 +208,7 @@ def judge_exit(run: Run) -> Verdict:
 
 
 def cpu_seconds(run: Run) -> float | None:
-    """CPU seconds of the run, where it wrote them."""
+    """CPU seconds of the run, if it wrote them."""
     try:
         return read_cpu_seconds(run.directory)
     except ResultError:
@@ -216,7 +216,7 @@ def cpu_seconds(run: Run) -> float | None:
 
 
 def _against_mark(verdict: Verdict, mark: str) -> Verdict:
-    """The verdict of a figure that is expected to fail; one that could not be found out is no such failure."""
+    """The verdict of a value that is expected to fail; a value that cannot be evaluated does not count as such."""
     if not mark or (verdict.held is False and verdict.note):
         return verdict
     return replace(verdict, held=not verdict.held, expected=not verdict.held, note=HOLDS_NOW if verdict.held else mark)

@@ -1,4 +1,4 @@
-"""What a figure of time depends on: processor, system, compiler, libraries and their versions."""
+"""Data that CPU times depend on: processor, system, compiler, libraries and their versions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def _first_line(command: list[str]) -> str:
-    """First line of what a command prints; empty when it cannot be run."""
+    """First line of the output of a command; empty if it cannot be run."""
     try:
         found = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False).stdout
     except (OSError, subprocess.TimeoutExpired):
@@ -37,7 +37,7 @@ def _memory() -> str:
 
 
 def linked_libraries(program: Path) -> list[str]:
-    """Numerical libraries the program is linked with, with the files they are."""
+    """Numerical libraries linked with the program, with their files."""
     try:
         found = subprocess.run(["ldd", str(program)], capture_output=True, text=True, timeout=10, check=False).stdout
     except (OSError, subprocess.TimeoutExpired):
@@ -53,14 +53,14 @@ def _commit(top: Path) -> str:
 
 
 def describe(program: Path, top: Path) -> list[tuple[str, str]]:
-    """Names and values for the head of a report; what cannot be found out is left out."""
+    """Names and values for the head of a report; unknown values are omitted."""
     system = platform.freedesktop_os_release().get("PRETTY_NAME", "") if Path("/etc/os-release").exists() else ""
     packages = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "h5py", "matplotlib", "vtk"))
     facts = [
         ("date", time.strftime("%Y-%m-%d %H:%M %Z")),
         ("program", _first_line([str(program), "--version"])),
         ("source", _commit(top)),
-        ("processor", f"{_processor()}, {os.cpu_count()} cores seen"),
+        ("processor", f"{_processor()}, {os.cpu_count()} cores"),
         ("memory", _memory()),
         ("load of the machine at the end", f"{os.getloadavg()[0]:.1f}"),
         ("system", f"{system}, Linux {platform.release()}"),

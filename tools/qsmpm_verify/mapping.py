@@ -1,4 +1,4 @@
-"""Fields of the stability map: run one method through one test and say how it came out."""
+"""Fields of the stability map: run one test with one method and rate the outcome."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STATED = re.compile(
     re.MULTILINE,
 )
 HONEST = 0.5
-"""Share of a true error that a run must state to have stated it."""
+"""Share of a true error that a run must report for the error to count as reported."""
 PASS, DEGRADED, TOLD, SILENT, NONE = "pass", "degraded", "fails and says so", "fails silently", "not for it"
 TELLING = re.compile(
     r"^(?!phase \d).*(?:warning|increment cut back|stopped|inaccurate|not converged).*$", re.IGNORECASE | re.MULTILINE
@@ -30,7 +30,7 @@ TELLING = re.compile(
 
 @dataclass(frozen=True)
 class Field:
-    """How a method came out of a test."""
+    """Outcome of a test with one method."""
 
     test: str
     method: str
@@ -43,13 +43,13 @@ class Field:
 
 
 def log_tells(run: Run) -> str:
-    """What the log of a run that ended well has against it; empty when nothing."""
+    """First objection in the log of a successful run; empty if there is none."""
     hit = TELLING.search(log_text(run))
     return hit[0].strip() if hit else ""
 
 
 def log_text(run: Run) -> str:
-    """The log of a run; empty when there is none."""
+    """The log of a run; empty if there is none."""
     try:
         return (run.directory / "job.log").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -57,9 +57,9 @@ def log_text(run: Run) -> str:
 
 
 def stated_error(log: str, kind: str) -> float:
-    """What a run says of the error of its stresses at its end, a share; NaN when nothing.
+    """Estimate of the relative stress error that a run reports at its end; NaN if there is none.
 
-    "mean" is over the points; "largest" counts loaded surfaces too.
+    "mean" is over the points; "largest" includes loaded surfaces.
     """
     hits = list(STATED.finditer(log))
     if not hits or not kind:
@@ -69,15 +69,15 @@ def stated_error(log: str, kind: str) -> float:
 
 
 def warns_of_stress(log: str) -> bool:
-    """Whether a run warns of its stresses."""
+    """Whether a run warns about its stresses."""
     return bool(re.search(r"^warning: .*stresses ", log, re.MULTILINE))
 
 
 def outcome_of(test: Test, figure: float, message: str, stated: float = math.nan) -> str:
-    """The field's word for a run that ended as the test allows.
+    """Rating of a field whose run ended as the test allows.
 
-    Where runs estimate what the test measures, the estimate must be half of the figure or more: a warning with a
-    figure that is far too small has stated nothing.
+    Where runs estimate the quantity of the test, the estimate must be at least half of the value: a warning with an
+    estimate that is far too small does not count.
     """
     if abs(figure) <= test.good:
         return PASS
@@ -89,7 +89,7 @@ def outcome_of(test: Test, figure: float, message: str, stated: float = math.nan
 
 
 def deck_field(test: Test, trial: Trial, program: Path, root: Path, fresh: bool) -> tuple[Field, bool]:
-    """Run the deck of a field; whether the run was there already."""
+    """Run the deck of a field; returns whether the run was already available."""
     run = run_case(trial.case, program, root, fresh=fresh)
     code = run.exit_code
     if code is None or code < 0 or code > 128:
@@ -122,7 +122,7 @@ class Commands:
         self._lock = Lock()
 
     def text(self, command: tuple[str, ...]) -> str:
-        """What a command prints; a program that is missing prints the reason."""
+        """Output of a command; for a missing program the reason."""
         with self._lock:
             if command not in self._texts:
                 environment = {**os.environ, "OMP_NUM_THREADS": "1"}
@@ -135,7 +135,7 @@ class Commands:
 
 
 def command_field(test: Test, trial: Trial, commands: Commands) -> Field:
-    """Read the figure of a field from what another program prints."""
+    """Read the value of a field from the output of another program."""
     text = commands.text(test.command)
     hit = re.search(trial.pattern, text)
     if not hit:

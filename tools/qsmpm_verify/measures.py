@@ -1,4 +1,4 @@
-"""Figures computed from all material points of a state; a case names them under `measure`."""
+"""Quantities computed from all material points of a state; a case names them under `measure`."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def column_stress_error(points: Points, height: float, unit_weight: float, axis:
     """Stress error of the self-weight column, sum |s - s(X)| V / (g l0 sum V) [-].
 
     s(X) = -g (l0 - X) with X the height of the point at the start, V its volume at the start.
-    Source of the measure: AMPLE's column (Coombs & Augarde 2020). It sees neither the law nor the
-    integration in time: the column is statically determinate. See column_position_error.
+    Source of the measure: AMPLE's column (Coombs & Augarde 2020). It depends neither on the constitutive law nor on the
+    time integration, because the column is statically determinate. See column_position_error.
     """
     start = points.field("position")[:, axis - 1] - points.field("displacement")[:, axis - 1]
     error = np.abs(points.field("stress")[:, axis - 1] + unit_weight * (height - start))
@@ -57,7 +57,7 @@ def column_stress_error(points: Points, height: float, unit_weight: float, axis:
 def column_position_error(points: Points, height: float, unit_weight: float, young: float, axis: int = 2) -> float:
     """Position error of the self-weight column, Hencky's law, sum |x - x(X)| V / (l0 sum V) [-].
 
-    x(X) is where the closed form has a point that was at X, V its volume at the start.
+    x(X) is the position of a point initially at X in the closed form, V its volume at the start.
     """
     now = points.field("position")[:, axis - 1]
     start = now - points.field("displacement")[:, axis - 1]
@@ -95,16 +95,16 @@ def confined_strain_error(points: Points, strain: float) -> float:
 
 
 def followed_rows(rows: Array, base: float, plate: float, pushed: float) -> Array:
-    """Grid rows that have followed a plate pushed from `plate` by `pushed`, as *MOVING MESH moves them.
+    """Grid rows that followed a plate displaced from `plate` by `pushed`, as *MOVING MESH moves them.
 
-    Rows between base and plate scale, rows beyond the plate shift, rows behind the base stay.
+    Rows between base and plate scale, rows beyond the plate shift, rows behind the base do not move.
     """
     share = np.clip((rows - base) / (plate - base), 0.0, 1.0)
     return rows - share * pushed
 
 
 def pressure_scatter(points: Points, strength: float, base: float, plate: float) -> float:
-    """Scatter of the pressure inside the cells of a plane grid whose rows follow a plate, over a strength [-].
+    """Scatter of the pressure inside the cells of a plane grid whose rows follow a plate, divided by a strength [-].
 
     Volume-weighted standard deviation of the mean stress of the points in one cell, root mean square over
     all cells weighted by their volume. The plate has moved down by the load factor of the state. A point outside
@@ -119,7 +119,7 @@ def pressure_scatter(points: Points, strength: float, base: float, plate: float)
         raise ResultError(f"{points.path}: a material point is outside the grid")
     _, cell = np.unique(column * len(rows) + row, return_inverse=True)
     if cell.max() + 1 == len(cell):
-        raise ResultError(f"{points.path}: no cell holds two material points")
+        raise ResultError(f"{points.path}: no cell contains two material points")
     mean = np.bincount(cell, volume * pressure) / np.bincount(cell, volume)
     return float(np.sqrt(np.average((pressure - mean[cell]) ** 2, weights=volume)) / strength)
 
@@ -141,4 +141,4 @@ MEASURES: dict[str, Measure] = {
         pressure_scatter,
     )
 }
-"""The functions a case file may name."""
+"""Functions that a case file may name."""

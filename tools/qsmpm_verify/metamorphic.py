@@ -1,17 +1,17 @@
-"""`metamorphic`: scenes in other frames, units, orders, splits, grids, models and processes must answer the same.
+"""`metamorphic`: transformed scenes (frames, units, orders, splits, grids, models, processes) must give the same results.
 
 verification/metamorphic/scenes.toml lists the scenes:
 
     [[scene]]
     name = "slope"
     deck = "verification/metamorphic/slope.inp"
-    tolerance = 1e-7              largest difference of a history, over the largest value of those of its unit
-    tolerances = {auto = 1e-3}    other ones of single relations
-    quick = ["mirror"]            what `--quick` tries
-    skip = {auto = "..."}         relations that do not hold here, and why
-    expected_to_fail = {order = "..."}   faults that are known, with their figure: passed while they miss
+    tolerance = 1e-7              largest difference of a history, divided by the largest value of the histories of its unit
+    tolerances = {auto = 1e-3}    different tolerances for single relations
+    quick = ["mirror"]            relations run by `--quick`
+    skip = {auto = "..."}         relations that do not hold here, with reason
+    expected_to_fail = {order = "..."}   known defects with their value: passed while they miss
 
-The seed chooses where a scene is moved to and how its cards are shuffled.
+The seed selects the translation of a scene and the order of its keywords.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ RELATIONS: dict[str, Change] = {
 RANKS = tuple(f"ranks_{n}" for n in range(1, 6))
 OWN = {"phase", "step", "load_factor", "iterations", "out_of_balance", "damping_share", "stabilisation_share", "inaccurate_points",
        "step_error", "compliance", "external_work", "internal_work"}  # fmt: skip
-"""Columns that are no histories; those of soil beside bodies are left out too."""
+"""Columns that are not histories; those of soil beside bodies are omitted too."""
 SECONDS = 60.0
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A deck and what must hold of it."""
+    """A deck and the relations that must hold for it."""
 
     name: str
     deck: Path
@@ -74,7 +74,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class Finding:
-    """How a relation came out: the history that differs most; `held` is None for one that could not be tried."""
+    """Outcome of a relation: the history with the largest difference; `held` is None if it could not be run."""
 
     scene: str
     relation: str
@@ -86,7 +86,7 @@ class Finding:
 
 
 def load_scenes(path: Path) -> list[Scene]:
-    """The scenes, read strictly."""
+    """The scenes, with strict checks."""
     listed = tomllib.loads(path.read_text(encoding="utf-8"))
     check_keys(listed, {"scene"}, str(path))
     scenes = []
@@ -96,21 +96,21 @@ def load_scenes(path: Path) -> list[Scene]:
         for key in ("tolerances", "skip", "expected_to_fail", "quick"):
             for relation in entry.get(key, ()):
                 if relation not in RELATIONS and relation not in RANKS:
-                    raise CaseError(f"{where}: no relation '{relation}'; there are {', '.join((*RELATIONS, *RANKS))}")
+                    raise CaseError(f"{where}: unknown relation '{relation}'; known are {', '.join((*RELATIONS, *RANKS))}")
         made: dict[str, Any] = {**entry, "deck": TOP / entry["deck"], "quick": tuple(entry.get("quick", ()))}
         scenes.append(Scene(**made))
     return scenes
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("metamorphic", help="scenes moved, mirrored, turned, in other units, orders, grids and processes answer the same")
-    verb.add_argument("scenes", nargs="*", help="names; all when none is given")
-    verb.add_argument("--seed", type=int, default=12, help="start of the random numbers")
-    verb.add_argument("--quick", action="store_true", help="a selection of a few CPU seconds")
-    verb.add_argument("--relation", action="append", choices=(*RELATIONS, *RANKS), help="these alone")
-    verb.add_argument("--all", action="store_true", help="every history of every relation")
-    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("metamorphic", help="check that translated, mirrored, rotated scenes, other units, orders, grids and processes give the same results")
+    verb.add_argument("scenes", nargs="*", help="names; default all")
+    verb.add_argument("--seed", type=int, default=12, help="seed of the random numbers")
+    verb.add_argument("--quick", action="store_true", help="a selection that takes a few CPU seconds")
+    verb.add_argument("--relation", action="append", choices=(*RELATIONS, *RANKS), help="only these relations")
+    verb.add_argument("--all", action="store_true", help="print every history of every relation")
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="program to run")
     verb.add_argument("--out", type=Path, default=BUILD / "metamorphic", help="folder of the runs")
     verb.set_defaults(act=act)
 
@@ -130,14 +130,14 @@ def run_deck(text: str, folder: Path, command: list[str]) -> Curves:
 
 
 def phase_ends(curves: Curves, deck: Deck) -> list[int]:
-    """Rows at the ends of the phases; of one that is split at the end of its second half."""
+    """Rows at the ends of the phases; for a split phase at the end of its second half."""
     names = [dict(card.parameters).get("NAME", "") for card in deck.cards if card.keyword == "PHASE"]
     number = curves.column("phase")
     return [int(np.flatnonzero(number == i + 1)[-1]) for i, name in enumerate(names) if not name.endswith(" half") and np.any(number == i + 1)]
 
 
 def differences(base: Curves, deck: Deck, other: Curves, changed: Deck) -> dict[str, float]:
-    """The largest difference of every history, over the largest value of those of its unit."""
+    """The largest difference of every history, divided by the largest value of the histories of its unit."""
     names = [name for name in base.units if name not in OWN and not name.startswith("soil_")]
     same = len(base) == len(other) and np.array_equal(base.column("phase"), other.column("phase"))
     rows = [np.arange(len(base))] * 2 if same else [np.array(phase_ends(base, deck)), np.array(phase_ends(other, changed))]
@@ -155,12 +155,12 @@ def differences(base: Curves, deck: Deck, other: Curves, changed: Deck) -> dict[
 
 
 def changed_deck(relation: str, deck: Deck, seed: int) -> Deck:
-    """The deck of a relation; its own random numbers, whatever else is tried."""
+    """The deck of a relation; its random numbers do not depend on the other relations."""
     return deck if relation in RANKS else RELATIONS[relation](deck, random.Random(f"{seed} {relation} {deck.path.name}"))
 
 
 def try_relation(scene: Scene, relation: str, deck: Deck, base: Curves, program: Path, out: Path, seed: int) -> tuple[Finding, dict[str, float]]:
-    """Run the other deck and compare."""
+    """Run the transformed deck and compare."""
     tolerance = scene.tolerances.get(relation, scene.tolerance)
     command = [str(program)]
     if relation in RANKS:
@@ -178,7 +178,7 @@ def try_relation(scene: Scene, relation: str, deck: Deck, base: Curves, program:
 
 
 def _marked(scene: Scene, finding: Finding) -> Finding:
-    """What is known to fail passes while it fails."""
+    """A known defect passes while it fails."""
     mark = scene.expected_to_fail.get(finding.relation)
     if mark is None:
         return finding
@@ -187,18 +187,18 @@ def _marked(scene: Scene, finding: Finding) -> Finding:
 
 
 def relations_of(scene: Scene, words: argparse.Namespace) -> list[str]:
-    """What is tried of a scene."""
+    """The relations to run for a scene."""
     wanted = words.relation or (scene.quick if words.quick else (*RELATIONS, *RANKS))
     return [relation for relation in wanted if relation not in scene.skip]
 
 
 def act(words: argparse.Namespace) -> int:
-    """Try all, print, close. Exit code 1 when a relation does not hold."""
+    """Run all, print, report. Exit code 1 if a relation does not hold."""
     program = checked_program(argparse.Namespace(program=words.program, jobs=1))
     scenes = load_scenes(METAMORPHIC / "scenes.toml")
     for name in words.scenes:
         if name not in [scene.name for scene in scenes]:
-            raise Trouble(f"no scene '{name}'; there are {', '.join(scene.name for scene in scenes)}")
+            raise Trouble(f"unknown scene '{name}'; known are {', '.join(scene.name for scene in scenes)}")
     findings: list[Finding] = []
     for scene in scenes:
         wanted = relations_of(scene, words)

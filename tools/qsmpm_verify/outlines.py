@@ -1,4 +1,4 @@
-"""Outlines of the bodies of a plane run at its start, as segments: those the deck names, else those of the cells with points."""
+"""Initial outlines of the bodies of a plane run, as segments: those defined in the deck, otherwise those of the cells with points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from qsmpm_verify.study.cards import Card, Deck, read_deck
 from qsmpm_verify.trouble import Trouble
 
 def _polygon(body: Card) -> Array | None:
-    """Corners of a body whose shape the deck tells."""
+    """Corners of a body whose shape is defined in the deck."""
     try:
         rows = [[float(v.lower().replace("d", "e")) for v in row] for row in body.data()]
         if body.value("SHAPE") == "BOX":
@@ -40,10 +40,10 @@ OVER = np.array([(i, j, 6 - i - j) for i in range(7) for j in range(7 - i)]) / 6
 
 @dataclass(frozen=True)
 class Outline:
-    """What is known of the bodies at the start: polygons, cells, and the bounds (n, 2 ends, 2) of those with points.
+    """Initial geometry of the bodies: polygons, cells, and the boundaries (n, 2 ends, 2) of the cells with points.
 
-    `filled` are the cells with points, and `of_cells` tells that bodies are of them; without it they are the polygons alone.
-    `sides` are the lowest and highest coordinates of a mesh that stays where it is, (2, 2); soil does not leave it.
+    `filled` are the cells with points, and `of_cells` states that these form the bodies; otherwise only the polygons do.
+    `sides` are the lowest and highest coordinates of a fixed mesh, (2, 2); soil does not leave it.
     """
 
     polygons: tuple[Array, ...] = ()
@@ -59,13 +59,13 @@ class Outline:
         return np.concatenate([*map(sides_of, self.polygons), self.bounds])
 
     def of(self, start: Array, triangles: Array, areas: Array) -> Outline:
-        """What is left when bodies without these points are taken away: dug out, not built yet, or of another material."""
+        """The remaining bodies without these points: excavated, not yet active, or of another material."""
         held = (MplPath(corners).contains_points(start)[triangles].all(axis=1) for corners in self.polygons)
         kept = tuple(c for c, mine in zip(self.polygons, held) if np.sum(areas[mine]) > LEAST_COVER * _area(c))
         return replace(self, polygons=kept, filled=self.filled if self.cells is None else _filled(self.cells, start))
 
     def inside(self, places: Array) -> Array:
-        """Whether places lie in a body."""
+        """Whether points are inside a body."""
         found = np.zeros(len(places), dtype=bool)
         for corners in self.polygons:
             found |= MplPath(corners).contains_points(places)
@@ -75,7 +75,7 @@ class Outline:
         return found
 
     def bare(self, triangles: Array) -> Array:
-        """Whether triangles (n, 3 corners, 2) lie over a cell without points."""
+        """Whether triangles (n, 3 corners, 2) cover a cell without points."""
         found = np.zeros(len(triangles), dtype=bool)
         if self.cells is None:
             return found
@@ -85,7 +85,7 @@ class Outline:
         return found
 
     def owners(self, places: Array) -> Array:
-        """Number of the polygon each place lies in, the last one of several; -1 in none."""
+        """Number of the polygon that contains each point, the last one of several; -1 for none."""
         found = np.full(len(places), -1)
         for number, corners in enumerate(self.polygons):
             found[MplPath(corners).contains_points(places)] = number
@@ -125,12 +125,12 @@ def _of_cells(cells: Cells, filled: Array, nodes: Array) -> Array:
 
 
 def _moves(deck: Deck) -> bool:
-    """Whether the mesh goes with the soil or with a plate."""
+    """Whether the mesh moves with the material or with a plate."""
     return bool(deck.all("MOVING MESH")) or any(card.value("BASIS") == "FEM" for card in deck.all("METHOD"))
 
 
 def outline_of(folder: Path, mesh: Mesh, start: Array) -> Outline:
-    """What the deck and the mesh of a run tell of its bodies."""
+    """Geometry of the bodies from the deck and the mesh of a run."""
     cells = cells_of(mesh)
     known = NOTHING if cells is None else Outline(cells=cells, filled=_filled(cells, start))
     for path in sorted(folder.glob("*.echo.inp"))[:1]:
@@ -148,9 +148,9 @@ def outline_of(folder: Path, mesh: Mesh, start: Array) -> Outline:
 
 
 def snapped(places: Array, reach: Array, outline: Outline, owners: Array) -> Array:
-    """Places put on the outline within their reach along the axes (n, 2); the place nearest to a corner goes into it.
+    """Points moved to the outline within their distance along the axes (n, 2); the point nearest to a corner moves to the corner.
 
-    Those with an owner, the number of a polygon, go to its sides: in long cells another body may be nearer.
+    Points with an owner, the number of a polygon, move to its sides: in elongated cells another body may be nearer.
     """
     moved = places.copy()
     for number in np.unique(owners):
@@ -165,7 +165,7 @@ def snapped(places: Array, reach: Array, outline: Outline, owners: Array) -> Arr
 
 
 def _beside(places: Array, reach: Array, segments: Array) -> Array:
-    """Places put on the nearest segment within their reach."""
+    """Points moved to the nearest segment within their distance."""
     if not len(segments):
         return places
     moved = places.copy()

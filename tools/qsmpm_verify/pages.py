@@ -1,4 +1,4 @@
-"""Tables of a page in Markdown, and the parts of a page that a command writes."""
+"""Markdown tables of a page, and the parts of a page that a command writes."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from qsmpm_verify.trouble import Trouble
 
 
 def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """A table of a page; bars inside of cells do not end them."""
+    """A table of a page; vertical bars inside cells are escaped."""
     lines = [[cell.replace("|", "\\|") for cell in row] for row in (header, *rows)]
     head, *body = ["| " + " | ".join(row) + " |" for row in lines]
     return [head, "|" + "---|" * len(header), *body]
 
 
 def figure_folder(page: Path) -> Path:
-    """Where a page has its figures: beside it, and the tables of docs/data beside their folder."""
+    """Folder of the figures of a page: beside it, or for the tables of docs/data beside their folder."""
     return (page.parent.parent if page.parent.name == "data" else page.parent) / "figures"
 
 
 def link_to(figure: Path, page: Path) -> str:
-    """A figure as a page names it."""
+    """Link from a page to a figure."""
     return Path(os.path.relpath(figure, page.parent)).as_posix()
 
 
 def marks(name: str) -> tuple[str, str]:
-    """The lines between which a verb writes."""
+    """Marker lines between which a subcommand writes."""
     return f"<!-- begin qsmpm-verify {name} -->", f"<!-- end qsmpm-verify {name} -->"
 
 
 def write_between(page: Path, name: str, lines: Sequence[str]) -> None:
-    """Replace what stands between the marks of a verb; a page without them is left alone and is trouble."""
+    """Replace the text between the markers of a subcommand; a page without them is not changed and is an error."""
     begin, end = marks(name)
     pattern = re.compile(re.escape(begin) + r"\n.*?" + re.escape(end), re.DOTALL)
     try:
@@ -41,6 +41,6 @@ def write_between(page: Path, name: str, lines: Sequence[str]) -> None:
     except OSError as error:
         raise Trouble(f"{page}: {error.strerror}") from error
     if len(pattern.findall(text)) != 1:
-        raise Trouble(f"{page}: not exactly one part between '{begin}' and '{end}'")
+        raise Trouble(f"{page}: exactly one part is required between '{begin}' and '{end}'")
     body = "\n".join([begin, *lines, end])
     page.write_text(pattern.sub(lambda _: body, text), encoding="utf-8")

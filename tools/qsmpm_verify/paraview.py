@@ -1,4 +1,4 @@
-"""`paraview`: rigid bodies, pressures on them and water levels as files for ParaView, and a script that opens a run with them."""
+"""`paraview`: rigid bodies, contact pressures and water levels as files for ParaView, and a script that opens a run with them."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ COLOURS = {BODY: (200, 200, 200), PRESSURE: (194, 49, 79), WATER: (31, 111, 208)
 
 @dataclass
 class Cell:
-    """A line or face: numbers of its corners, what it is, pressure and slip."""
+    """A line or face: numbers of its corners, its type, pressure and slip."""
 
     nodes: list[int]
     kind: int
@@ -68,21 +68,21 @@ class Cell:
 
 @dataclass
 class Pieces:
-    """Lines and faces with what they are; places in space."""
+    """Lines and faces with their types; positions in 3D."""
 
     places: list[Array] = field(default_factory=list)
     lines: list[Cell] = field(default_factory=list)
     faces: list[Cell] = field(default_factory=list)
 
     def add(self, corners: Array, kind: int, pressure: float = 0.0, slip: float = 0.0, line: bool = False) -> None:
-        """A face or a line with corners of its own; those in the plane get a third coordinate by what they are."""
+        """A face or a line with its own corners; those of plane models get a third coordinate that depends on the type."""
         first = sum(map(len, self.places))
         self.places.append(corners)
         (self.lines if line else self.faces).append(Cell(list(range(first, first + len(corners))), kind, pressure, slip))
 
 
 def _deep(corners: Array, height: float) -> Array:
-    """Corners of the plane at a height over it."""
+    """Corners of the plane at a third coordinate."""
     return np.column_stack([corners[:, :2], np.full(len(corners), height)])
 
 
@@ -95,7 +95,7 @@ def _ball(place: Array, radius: float) -> list[Array]:
 
 
 def _square(plane: Array, reach: float) -> Array:
-    """A square of a plane in space around its point."""
+    """A square part of a plane in 3D around its point."""
     first = np.cross(plane[1], np.eye(3)[int(np.argmin(np.abs(plane[1])))])
     first *= reach / np.linalg.norm(first)
     second = np.cross(plane[1], first)
@@ -115,7 +115,7 @@ def add_body(pieces: Pieces, body: RigidBody, flat: bool, size: float) -> None:
 
 
 def pieces_of(points: Points, largest: float) -> Pieces:
-    """What stands beside the points of a state; pressures are drawn to the largest of the run."""
+    """The objects beside the points of a state; pressures are scaled by the largest of the run."""
     flat, places = is_flat([points]), points.field("position")
     low, high = places.min(axis=0), places.max(axis=0)
     size, found = float((high - low).max()), Pieces()
@@ -167,16 +167,16 @@ def polydata(pieces: Pieces) -> str:
 
 
 def times_of(folder: Path) -> dict[int, str]:
-    """Time of every picture of points.pvd."""
+    """Time of every state of points.pvd."""
     path = folder / "points.pvd"
     if not path.is_file():
-        raise Trouble(f"{path} is not there: *FIELD, VTK=YES of the deck writes it")
+        raise Trouble(f"{path} not found: *FIELD, VTK=YES in the deck writes it")
     found = re.findall(r'timestep="([^"]*)"[^>]*file="points_(\d+)\.p?vtu"', path.read_text(encoding="utf-8"))
     return {int(step): time for time, step in found}
 
 
 def write_around(folder: Path) -> bool:
-    """around_NNNNNN.vtp of every picture, and around.pvd; whether the bodies are plane."""
+    """Write around_NNNNNN.vtp for every state, and around.pvd; returns whether the bodies are plane."""
     steps = [step for step in times_of(folder).items() if step[0] in written_steps(folder)]
     if not steps:
         raise ResultError(f"{folder}: no step is both in points.pvd and in results.h5")
@@ -193,27 +193,27 @@ def write_around(folder: Path) -> bool:
 
 
 def colour_of(points: Points, name: str) -> tuple[str, ...]:
-    """How ParaView names what it colours cells by: a field, the size of a vector, or a component as `stress_xy`."""
+    """Name by which ParaView colours cells: a field, the magnitude of a vector, or a component such as `stress_xy`."""
     kind, _, part = name.rpartition("_")
     if name in points.fields:
         return ("CELLS", name) if points.fields[name].ndim == 1 else ("CELLS", name, "Magnitude")
     if kind in points.fields and points.fields[kind].ndim == 2 and part in (AXES if points.fields[kind].shape[1] == 3 else COMPONENTS):
         return "CELLS", kind, part.upper()
-    raise ResultError(f"{points.path}: no field '{name}'; there are {', '.join(points.fields)}")
+    raise ResultError(f"{points.path}: no field '{name}'; available are {', '.join(points.fields)}")
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("paraview", help="files of rigid bodies, pressures and water for ParaView, and a script that opens a run")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("paraview", help="write files of rigid bodies, pressures and water for ParaView, and a script that opens a run")
     verb.add_argument("result", type=Path, help="folder of a run")
-    verb.add_argument("--field", default="displacement", help="what colours the material points; default displacement")
+    verb.add_argument("--field", default="displacement", help="field by which the material points are coloured (default displacement)")
     verb.set_defaults(act=act)
 
 
 def act(words: argparse.Namespace) -> int:
-    """Write the files and tell how to open them."""
+    """Write the files and report how to open them."""
     if not words.result.is_dir():
-        raise Trouble(f"{words.result} is no folder of a run")
+        raise Trouble(f"{words.result} is not the folder of a run")
     colour = colour_of(read_points(words.result), words.field)
     flat = write_around(words.result)
     script = words.result / "view.py"

@@ -1,4 +1,4 @@
-"""`partial`: a deck of characteristic numbers as one of design numbers, by a table of partial factors (Eurocode 7 by default)."""
+"""`partial`: convert a deck with characteristic values into one with design values, by a table of partial factors (Eurocode 7 by default)."""
 
 from __future__ import annotations
 
@@ -35,36 +35,36 @@ undrained = 1.4
 """
 KINDS = ("permanent", "variable", "friction", "cohesion", "undrained", "weight", "resistance")
 LOADS = {"PRESSURE": "SURFACE", "TRACTION": "SURFACE", "LOAD": "BODY"}
-"""Cards of loads, and the parameter that names what they act on."""
+"""Keywords of loads, and the parameter that names the loaded object."""
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("partial", help="a deck of characteristic numbers with partial factors applied (Eurocode 7) and told")
-    verb.add_argument("deck", type=Path, help="a deck of characteristic numbers")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("partial", help="apply partial factors (Eurocode 7) to a deck of characteristic values and report the changes")
+    verb.add_argument("deck", type=Path, help="deck of characteristic values")
     verb.add_argument("approach", help="DA1-1, DA1-2, DA2 or DA3, or a set of --table")
-    verb.add_argument("--variable", action="append", default=[], metavar="NAME", help="a surface or body whose loads are variable; may be repeated")
+    verb.add_argument("--variable", action="append", default=[], metavar="NAME", help="surface or body whose loads are variable; may be repeated")
     verb.add_argument("--table", type=Path, help="factors of another code or national annex (TOML)")
-    verb.add_argument("--to", type=Path, metavar="DECK", help="the deck to write (default DECK with the set in its name)")
+    verb.add_argument("--to", type=Path, metavar="DECK", help="deck to write (default DECK with the set appended to its name)")
     verb.set_defaults(act=act)
 
 
 def read_factors(approach: str, path: Path | None) -> dict[str, float]:
-    """The factors of a set; one that is not said is 1."""
+    """The factors of a set; the default of each is 1."""
     try:
         table: Mapping[str, Any] = tomllib.loads(path.read_text(encoding="utf-8") if path else TABLE)
     except (OSError, tomllib.TOMLDecodeError) as error:
         raise Trouble(f"{path}: {error}") from error
     if approach not in table:
-        raise Trouble(f"no set '{approach}' of partial factors; there are {', '.join(table)}")
+        raise Trouble(f"unknown set '{approach}' of partial factors; known are {', '.join(table)}")
     for key, value in table[approach].items():
         if key not in KINDS or not isinstance(value, int | float) or not 0.0 < value < 10.0:
-            raise Trouble(f"set '{approach}': {key} = {value} is none of {', '.join(KINDS)} with a value in (0, 10)")
+            raise Trouble(f"set '{approach}': {key} = {value} must be one of {', '.join(KINDS)} with a value in (0, 10)")
     return dict.fromkeys(KINDS, 1.0) | {key: float(value) for key, value in table[approach].items()}
 
 
 def changed(card: Card, change: Callable[[list[float]], list[float]]) -> Card:
-    """A card whose first data line has other numbers; words stay."""
+    """A keyword block with other numbers in its first data line; words are kept."""
     for place, line in enumerate(card.lines):
         if not line.strip() or line.lstrip().startswith("**"):
             continue
@@ -78,7 +78,7 @@ def changed(card: Card, change: Callable[[list[float]], list[float]]) -> Card:
 
 
 def is_number(word: str) -> bool:
-    """Whether a word of a data line is a number."""
+    """Whether an item of a data line is a number."""
     try:
         return math.isfinite(float(word))
     except ValueError:
@@ -86,7 +86,7 @@ def is_number(word: str) -> bool:
 
 
 def design_strength(numbers: Sequence[float], factors: Mapping[str, float]) -> list[float]:
-    """c and tan phi over their factors, phi = 0: c is an undrained strength; flow no larger than friction."""
+    """c and tan phi divided by their factors, phi = 0: c is an undrained strength; dilatancy at most the friction."""
     cohesion, friction, flow, *rest = numbers
     if friction == 0.0:
         return [cohesion / factors["undrained"], friction, flow, *rest]
@@ -95,12 +95,12 @@ def design_strength(numbers: Sequence[float], factors: Mapping[str, float]) -> l
 
 
 def times(factor: float, count: int) -> Callable[[list[float]], list[float]]:
-    """What multiplies the first numbers of a line: forces and pressures, not places."""
+    """Factors on the first numbers of a line: on forces and pressures, not on coordinates."""
     return lambda numbers: [value * factor if i < count else value for i, value in enumerate(numbers)]
 
 
 def factored(deck: Deck, factors: Mapping[str, float], variable: Sequence[str]) -> tuple[Deck, list[str]]:
-    """The deck of design numbers, and a line for each that has changed or might have been meant to."""
+    """The deck of design values, and a line for each keyword that is changed or possibly should be."""
     told: list[str] = []
     cards: list[Card] = []
     material, left = "", [name.upper() for name in variable]
@@ -118,9 +118,9 @@ def factored(deck: Deck, factors: Mapping[str, float], variable: Sequence[str]) 
             count = 1 if card.keyword == "LOAD" else 2 if card.keyword == "PRESSURE" else 3
             new = changed(card, times(factors[kind], count))
         elif card.keyword in OTHER_STRENGTHS - {"CONTACT"}:
-            told.append(f"left: *{card.keyword} of '{material}': its strength is characteristic still")
+            told.append(f"unchanged: *{card.keyword} of '{material}': its strength is still characteristic")
         elif card.keyword == "CONTACT":
-            told.append("left: *CONTACT: its friction and adhesion are characteristic still")
+            told.append("unchanged: *CONTACT: its friction and adhesion are still characteristic")
         if new != card:
             what = f"of '{material}'" if card.keyword in ("MOHR COULOMB", "UNIT WEIGHT") else f"on '{card.value(LOADS[card.keyword])}'"
             told.append(f"*{card.keyword} {what}: {first_line(card)} becomes {first_line(new)}")
@@ -131,12 +131,12 @@ def factored(deck: Deck, factors: Mapping[str, float], variable: Sequence[str]) 
 
 
 def first_line(card: Card) -> str:
-    """The first data line of a card."""
+    """The first data line of a keyword."""
     return next((line.strip() for line in card.lines if line.strip() and not line.lstrip().startswith("**")), "")
 
 
 def act(words: argparse.Namespace) -> int:
-    """Write the deck, tell what has changed and what the answer is to be compared with."""
+    """Write the deck, report the changes and the value with which the result is to be compared."""
     factors = read_factors(words.approach, words.table)
     deck, told = factored(read_deck(words.deck), factors, words.variable)
     out = words.to or words.deck.with_name(f"{words.deck.stem}_{words.approach.lower().replace('-', '_')}.inp")
@@ -144,11 +144,11 @@ def act(words: argparse.Namespace) -> int:
     for line in told:
         print(line)
     if factors["permanent"] != 1.0:
-        print("left: the weight of the ground: on both sides of a slide, it is not factored; a factor of safety of such ground is compared with "
+        print("unchanged: the weight of the ground: it acts on both sides of a slide and is not factored; the factor of safety of such ground is to be compared with "
               f"{factors['permanent'] * factors['resistance']:.4g}")
     elif factors["resistance"] != 1.0:
-        print(f"a factor of safety is compared with {factors['resistance']:.4g}")
+        print(f"the factor of safety is to be compared with {factors['resistance']:.4g}")
     else:
-        print("a factor of safety is compared with 1")
+        print("the factor of safety is to be compared with 1")
     print(f"deck {out}")
     return 0

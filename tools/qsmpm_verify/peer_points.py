@@ -1,8 +1,8 @@
-"""Points of other programs for the charts: what `qsmpm-verify peers --json` stored, and Kratos run at once.
+"""Points of other programs for the charts: results stored by `qsmpm-verify peers --json`, and Kratos run immediately.
 
-build/peers.json holds {"points": [{"study": "cantilever", "label": "Kratos MPM", "error": ..., "seconds": ...,
-"note": ..., "size": ...}]}; the size may be left out. Kratos runs by the scripts of tools/peers in the environment
-that `tools/setup --peers` makes; what a script printed is kept as long as script, words and interpreter are the same.
+build/peers.json contains {"points": [{"study": "cantilever", "label": "Kratos MPM", "error": ..., "seconds": ...,
+"note": ..., "size": ...}]}; the size is optional. Kratos is run by the scripts of tools/peers in the environment
+of `tools/setup --peers`; the output of a script is kept as long as script, arguments and interpreter are unchanged.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def default_python() -> Path:
 
 @dataclass(frozen=True)
 class KratosScene:
-    """A script of tools/peers on a study's scene: its words a size, and the error of what it prints."""
+    """A script of tools/peers for the scene of a study: its arguments for each size, and the error of its output."""
 
     script: str
     label: str
@@ -43,14 +43,14 @@ class KratosScene:
 
 
 def printed_error(cells: float, figures: dict[str, Any]) -> float:
-    """The script has the error of the study."""
+    """The script prints the error of the study."""
     return float(figures["error"])
 
 
 def cantilever_error(cells: float, figures: dict[str, Any]) -> float:
-    """Against the study's figure, carried over to a beam that is half a point's width shorter.
+    """Difference from the reference of the study, converted to a beam that is shorter by half of the width of a point.
 
-    The script loads and reads the outermost of six points a cell; the beam of Reissner tells the difference.
+    The script loads and evaluates the outermost of six points per cell; Reissner's beam gives the difference.
     """
     shorter = 10.0 - 0.5 / (6.0 * cells)
     ratio = beam_deflection(100.0, shorter, 1.0, 12000.0, 0.2) / beam_deflection(100.0, 10.0, 1.0, 12000.0, 0.2)
@@ -66,18 +66,18 @@ SCENES = {
     "cantilever": KratosScene(
         "kratos_cantilever.py", "Kratos, standard MPM, 36 points", ((2, ("0.5", "36")), (4, ("0.25", "36"))),
         cantilever_error,
-        "Neo-Hookean law; load and reading at the outermost points, the reference carried over to there; whole process.",
+        "Neo-Hookean law; load and evaluation at the outermost points, the reference converted to these points; whole process.",
     ),
     "cube": KratosScene(
         "kratos_cube.py", "Kratos, standard MPM, 16 points", ((2, ("2", "16")), (4, ("4", "16")), (8, ("8", "16"))), printed_error,
-        "In the plane; neo-Hookean law, held against its own exact stress; whole process.",
+        "Plane model; neo-Hookean law, compared with its own exact stress; whole process.",
     ),
 }  # fmt: skip
-"""By study."""
+"""Scripts by study."""
 
 
 def grouped(points: Iterable[dict[str, Any]], where: str) -> list[Other]:
-    """Points by their label; a point that is no point is trouble."""
+    """Points by their label; an invalid point is an error."""
     lines: dict[str, list[tuple[float, float, float]]] = {}
     notes: dict[str, str] = {}
     for point in points:
@@ -85,9 +85,9 @@ def grouped(points: Iterable[dict[str, Any]], where: str) -> list[Other]:
             label, error, seconds = str(point["label"]), float(point["error"]), float(point["seconds"])
             size = float(point.get("size") or math.nan)
         except (KeyError, TypeError, ValueError, AttributeError):
-            raise Trouble(f"{where}: a point has a label, an error and seconds; this has not: {point}") from None
+            raise Trouble(f"{where}: a point requires a label, an error and seconds: {point}") from None
         if not (error > 0 and seconds > 0 and math.isfinite(error * seconds)):
-            raise Trouble(f"{where}: error and seconds of '{label}' are above zero")
+            raise Trouble(f"{where}: error and seconds of '{label}' must be positive")
         lines.setdefault(label, []).append((size, error, seconds))
         notes.setdefault(label, str(point.get("note", "")))
     return [
@@ -97,19 +97,19 @@ def grouped(points: Iterable[dict[str, Any]], where: str) -> list[Other]:
 
 
 def peer_points(study: str, stored: Path = STORED) -> list[Other]:
-    """Points of a study as `qsmpm-verify peers --json build/peers.json` left them; none when it has not run."""
+    """Points of a study stored by `qsmpm-verify peers --json build/peers.json`; none if it has not been run."""
     if not stored.is_file():
         return []
     try:
         points = json.loads(stored.read_text(encoding="utf-8"))["points"]
         own = [point for point in points if point["study"] == study]
     except (ValueError, KeyError, TypeError) as error:
-        raise Trouble(f"{stored}: not what `qsmpm-verify peers --json` writes ({error!r})") from error
+        raise Trouble(f"{stored}: not a file of `qsmpm-verify peers --json` ({error!r})") from error
     return grouped(own, stored.name)
 
 
 def _kratos(python: Path, script: Path, words: tuple[str, ...], folder: Path) -> dict[str, Any]:
-    """What a script prints, with its CPU seconds; kept while nothing it depends on has changed."""
+    """Output of a script, with its CPU seconds; kept as long as its dependencies are unchanged."""
     from qsmpm_bench.measure import BenchError, run_script
 
     key = hashlib.sha256()
@@ -130,11 +130,11 @@ def _kratos(python: Path, script: Path, words: tuple[str, ...], folder: Path) ->
 
 
 def live_points(study: str, python: Path, folder: Path, tell: Callable[[str], None]) -> list[Other]:
-    """Kratos run on a study's scene; none for a study it has no script for."""
+    """Results of Kratos for the scene of a study; none without a script for the study."""
     if study not in SCENES:
         return []
     if not python.is_file():
-        raise Trouble(f"{python} is not there: run tools/setup --peers, or name one in QSMPM_PEERS_PYTHON")
+        raise Trouble(f"{python} not found: run tools/setup --peers, or set QSMPM_PEERS_PYTHON")
     scene = SCENES[study]
     points = []
     for size, words in scene.runs:
@@ -146,8 +146,8 @@ def live_points(study: str, python: Path, folder: Path, tell: Callable[[str], No
 
 
 def with_peers(study: Study, live: bool, out: Path, tell: Callable[[str], None]) -> Study:
-    """The study with the points of other programs that are there; a program run here takes the place of its stored
-    figures of the same label."""
+    """The study with the available points of other programs; a program run here replaces its stored
+    results of the same label."""
     found = peer_points(study.name) + (live_points(study.name, default_python(), out, tell) if live else [])
     fresh = {other.label for other in found}
     return replace(study, others=tuple(o for o in study.others if o.label not in fresh) + tuple(found))

@@ -1,8 +1,8 @@
-"""`peers`: QSMPM held against other programs, CalculiX, Kratos, OpenGeoSys and xslope, where they are installed.
+"""`peers`: comparison of QSMPM with other programs: CalculiX, Kratos, OpenGeoSys and xslope, if installed.
 
 The scenes are verification/peers/*.toml. A mesh, its supports and its loads are taken from QSMPM's own results and given
-to the other program, or ground, strengths and water from the deck. Exit code 1 when a figure missed; a program that is not installed is
-named, and what wants it is skipped.
+to the other program, or ground, strengths and water from the deck. Exit code 1 if a comparison failed; a program that is not installed is
+reported, and its comparisons are skipped.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ WIDTH = 160
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("peers", help="the same scenes in CalculiX, Kratos, OpenGeoSys and xslope, and the differences")
-    verb.add_argument("scenes", nargs="*", help="names of scenes (verification/peers); all when none is given")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("peers", help="compute scenes with CalculiX, Kratos, OpenGeoSys and xslope and compare the results")
+    verb.add_argument("scenes", nargs="*", help="names of scenes (verification/peers); default all")
     verb.add_argument("--program", type=Path, default=PROGRAM, help="QSMPM's program")
     verb.add_argument("--out", type=Path, default=BUILD / "peers", help="folder of the runs")
     verb.add_argument("--effort", choices=("quick", "long"), default="quick", help="quick (default) or long")
-    verb.add_argument("--quick", dest="effort", action="store_const", const="quick", help="the same as --effort quick")
-    verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
-    verb.add_argument("--json", type=Path, default=BUILD / "peers.json", help="file of the figures")
-    verb.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/peers.md is")
+    verb.add_argument("--quick", dest="effort", action="store_const", const="quick", help="equivalent to --effort quick")
+    verb.add_argument("--fresh", action="store_true", help="repeat runs that are already available")
+    verb.add_argument("--json", type=Path, default=BUILD / "peers.json", help="JSON file of the results")
+    verb.add_argument("--markdown", type=Path, help="write the results as a page in the format of docs/peers.md")
     verb.set_defaults(act=act)
 
 
@@ -47,7 +47,7 @@ def _number(value: float | None, form: str) -> str:
 
 
 def verdict_of(finding: Finding) -> str:
-    """One word of the table."""
+    """The verdict in the table."""
     return ABSENT if finding.note and finding.held is None else WORDS[finding.held]
 
 
@@ -61,9 +61,9 @@ def row_of(finding: Finding) -> list[str]:
 
 
 def versions() -> list[str]:
-    """A sentence a program: its version, or that it is not there."""
+    """One sentence for each program: its version, or that it is not installed."""
     return [
-        version() or f"not installed: {NAMES[key]}; its comparisons are left out" for key, version in VERSIONS.items() if key != "script"
+        version() or f"not installed: {NAMES[key]}; its comparisons are skipped" for key, version in VERSIONS.items() if key != "script"
     ]  # fmt: skip
 
 
@@ -107,11 +107,11 @@ def _judge(scene: Scene, outcomes: dict[str, Outcome]) -> tuple[list[Finding], l
 
 
 def act(words: argparse.Namespace) -> int:
-    """Run, judge, tell."""
+    """Run, assess, report."""
     scenes = load_scenes(PEERS, TOP, words.scenes)
     efforts = ("quick", "long") if words.effort == "long" else ("quick",)
     if not words.program.is_file():
-        raise Trouble(f"{words.program} is not there: build it first (tools/test or cmake --build build)")
+        raise Trouble(f"{words.program} not found: build it first (tools/test or cmake --build build)")
     progress = Progress(sum(run.effort in efforts for scene in scenes for run in scene.runs.values()))
     computer = Computer(words.program.resolve(), words.out.resolve(), words.fresh, progress.tell)
     page = page_head(command_of(words, "peers", words.scenes))

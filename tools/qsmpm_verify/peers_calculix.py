@@ -1,8 +1,8 @@
-"""CalculiX (ccx): writes its input from a model, runs it, reads displacements and forces of supports.
+"""CalculiX (ccx): write its input from a model, run it, read displacements and reactions.
 
-Plane cells become CPE elements, which ccx itself expands to solids of unit thickness. Its `*ELASTIC` is linear between
+Plane cells are converted to CPE elements, which ccx expands to solids of unit thickness. Its `*ELASTIC` is linear between
 Lagrange strain and second Piola-Kirchhoff stress in a step with NLGEOM; its neo-Hooke law is selectable. ccx prints
-seven digits. It is run as a program of its own; nothing of it is linked or passed on (docs/licences.md).
+seven digits. It is run as a separate program; no part of it is linked or distributed (docs/licences.md).
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from qsmpm_verify.peers_runs import Finished, run_peer
 from qsmpm_verify.trouble import RunFailed, Trouble
 
 ELEMENTS = {5: "CPE3", 9: "CPE4", 22: "CPE6", 23: "CPE8"}
-"""Default element of a VTK type; CPE8R and CPE4R are the reduced ones."""
+"""Default element of a VTK type; CPE8R and CPE4R have reduced integration."""
 NODES = {"CPE3": 3, "CPE4": 4, "CPE4R": 4, "CPE6": 6, "CPE8": 8, "CPE8R": 8}
 LAWS = ("ELASTIC", "NEO HOOKE")
 TIGHT = "*CONTROLS, PARAMETERS=FIELD\n1.E-7, 1.E-7"
-"""Largest residual and correction of the last iteration; those of ccx are 5E-3 and 1E-2."""
+"""Largest residual and correction of the last iteration; the defaults of ccx are 5E-3 and 1E-2."""
 
 
 @lru_cache(maxsize=1)
@@ -53,7 +53,7 @@ def _law(model: Model, law: str) -> list[str]:
 
 
 def _step(model: Model, increments: int) -> list[str]:
-    """The one step: linear when `increments` is 0, else with NLGEOM in so many increments or more."""
+    """The only step: linear if `increments` is 0, otherwise with NLGEOM in at least that many increments."""
     lines = ["*STEP", "*STATIC"]
     if increments:
         lines = ["*STEP, NLGEOM, INC=10000", "*STATIC", f"{1 / increments:.9G}, 1., 1.E-6, {1 / increments:.9G}", TIGHT]
@@ -72,7 +72,7 @@ def input_text(model: Model, element: str = "", law: str = "ELASTIC", increments
     """The input of ccx for a model."""
     element = element or ELEMENTS[model.vtk_type]
     if NODES.get(element) != model.cells.shape[1]:
-        raise Trouble(f"CalculiX: {element} is no element of {model.cells.shape[1]} nodes; known are {', '.join(NODES)}")
+        raise Trouble(f"CalculiX: {element} is not an element with {model.cells.shape[1]} nodes; known are {', '.join(NODES)}")
     size = float(np.hypot(*model.weight))
     held = sorted({node for node, _ in model.held})
     return "\n".join([
@@ -88,7 +88,7 @@ def input_text(model: Model, element: str = "", law: str = "ELASTIC", increments
 
 
 def read_dat(text: str) -> tuple[np.ndarray, np.ndarray, float]:
-    """Displacements (nodes, 2), total force (2) and time of the last increment that a .dat file prints."""
+    """Displacements (nodes, 2), total force (2) and time of the last increment printed in a .dat file."""
     number = r"[-+]?\d+\.\d+(?:[EeDd][-+]?\d+)?"
     parts = re.split(rf"^ *(displacements|total force) .*?time +({number}) *$", text, flags=re.MULTILINE)
     last = {what: (float(time), body) for what, time, body in zip(parts[1::3], parts[2::3], parts[3::3])}
@@ -97,15 +97,15 @@ def read_dat(text: str) -> tuple[np.ndarray, np.ndarray, float]:
     time, body = last["displacements"]
     rows = np.array([[float(word) for word in line.split()] for line in body.splitlines() if line.strip()])
     if not np.array_equal(rows[:, 0], np.arange(1, len(rows) + 1)):
-        raise RunFailed("CalculiX printed other nodes than it was given")
+        raise RunFailed("CalculiX printed other nodes than those of the model")
     force = np.array([float(word) for word in last["total force"][1].split()])
     return rows[:, 1:3], force[:2], time
 
 
 def loads_of_supports(model: Model) -> np.ndarray:
-    """Loads that act on nodes of supports themselves (2).
+    """Loads on supported nodes themselves (2).
 
-    ccx prints the inner forces of these nodes: loads and weights that act on them directly are not in them.
+    ccx prints the internal forces of these nodes, which do not include loads and weights that act on them directly.
     """
     held = sorted({node for node, _ in model.held})
     loads = model.forces + weight_forces(model.nodes, model.cells, model.vtk_type, model.weight)
@@ -123,5 +123,5 @@ def solve(
     run = run_peer([program, "model"], version(), files, ["model.dat"], folder, fresh=fresh)
     moved, force, time = read_dat((folder / "model.dat").read_text(encoding="utf-8", errors="replace"))
     if abs(time - 1) > 1e-6:
-        raise RunFailed(f"{folder.name}: CalculiX ended at {time:g} of the load")
+        raise RunFailed(f"{folder.name}: CalculiX ended at load fraction {time:g}")
     return Solution(moved, force - loads_of_supports(model)), run

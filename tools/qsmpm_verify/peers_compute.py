@@ -1,4 +1,4 @@
-"""Compute the runs of a scene with their programs and take figures from them."""
+"""Run the computations of a scene with their programs and evaluate their results."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gave; `trouble` tells why it gave nothing, `absent` that its program is not installed, `said` what it said of it."""
+    """Result of a run; `trouble` states why there is none, `absent` that the program is not installed, `said` its remarks on the result."""
 
     program: str
     cpu_seconds: float = 0.0
@@ -46,7 +46,7 @@ class Outcome:
 
 
 class Computer:
-    """Computes runs of scenes once each; a run of a peer takes the model of the run it is `of`."""
+    """Runs the computations of scenes once each; a run of another program uses the model of the run named by `of`."""
 
     def __init__(self, program: Path, root: Path, fresh: bool, tell: Callable[[str, float, bool], None]) -> None:
         self.program, self.root, self.fresh, self.tell = program, root, fresh, tell
@@ -54,7 +54,7 @@ class Computer:
         self.models: dict[str, Model] = {}
 
     def scene(self, scene: Scene, efforts: tuple[str, ...]) -> dict[str, Outcome]:
-        """Outcomes of the runs of the efforts asked for."""
+        """Results of the runs of the requested efforts."""
         outcomes: dict[str, Outcome] = {}
         for name, run in scene.runs.items():
             if run.effort in efforts:
@@ -110,7 +110,7 @@ class Computer:
         if run.program == "ogs":
             solution, done = peers_ogs.solve(model, folder, self.fresh)
         elif model.flow:
-            raise RunFailed(f"{run.name}: water that flows is taken to OpenGeoSys only")
+            raise RunFailed(f"{run.name}: groundwater flow is supported with OpenGeoSys only")
         elif run.program == "calculix":
             solution, done = peers_calculix.solve(
                 model, folder, run.words.get("element", ""), run.words.get("law", "ELASTIC"), steps, self.fresh
@@ -131,7 +131,7 @@ class Computer:
 
 
 def _printed(script: Path, words: list[str]) -> str:
-    """What a script of the tree prints."""
+    """Output of a script of the tree."""
     done = subprocess.run([sys.executable, str(script), *words], capture_output=True, text=True, timeout=120, check=False)
     if done.returncode != 0:
         raise Trouble(f"{script.name}: {done.stderr.strip()[-120:]}")

@@ -1,4 +1,4 @@
-"""Figures of QSMPM against those of other programs, one line a check."""
+"""Comparison of results of QSMPM with those of other programs, one line for each check."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from qsmpm_verify.reference import REFERENCES
 
 @dataclass(frozen=True)
 class Finding:
-    """One line. `held` is None for what is printed only, and for what could not be compared: then `note` tells why."""
+    """One line. `held` is None if it is printed only, or could not be compared: then `note` states the reason."""
 
     scene: str
     quantity: str
@@ -35,36 +35,36 @@ class Finding:
 
 
 def limit(values: list[float]) -> float:
-    """Limit of figures on meshes of cells halved each time, from the last three (Aitken)."""
+    """Limit of results on successively halved meshes, from the last three (Aitken)."""
     first, second, third = values[-3:]
     if second == first or abs(third - second) >= abs(second - first):
-        raise ValueError("the figures do not settle")
+        raise ValueError("the values do not converge")
     return third + (third - second) ** 2 / ((second - first) - (third - second))
 
 
 def figure(outcome: Outcome, quantity: str) -> float:
-    """A figure of a run; `reaction` is the largest component of what the supports bear."""
+    """A result of a run; `reaction` is the largest component of the support reactions."""
     if quantity == "reaction":
         if outcome.solution is None:
-            raise ValueError("only finite elements tell the forces of supports")
+            raise ValueError("support reactions are available for finite elements only")
         return float(np.abs(outcome.solution.reaction).max())
     value = outcome.figures.get(quantity)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueError(f"no figure '{quantity}'")
+        raise ValueError(f"no value '{quantity}'")
     return float(value)
 
 
 def _field(own: Outcome, other: Outcome, quantity: str) -> tuple[float, float, float]:
-    """Largest displacement, or pressure, of both and their largest difference by the first."""
+    """Largest displacement, or pressure, of both and their largest difference relative to the first."""
     if own.solution is None or other.solution is None:
-        raise ValueError("only runs on one mesh of finite elements have fields to compare")
+        raise ValueError("fields can be compared on a common finite element mesh only")
     one, two = own.solution.displacement, other.solution.displacement
     if quantity == "pressure field":
         if own.solution.pressure is None or other.solution.pressure is None:
-            raise ValueError("only runs whose water flows have pressures to compare")
+            raise ValueError("pressures can be compared for runs with groundwater flow only")
         one, two = own.solution.pressure, other.solution.pressure
     if one.shape != two.shape:
-        raise ValueError("the two runs have other nodes")
+        raise ValueError("the two runs have different nodes")
     size = float(np.abs(one).max())
     return size, float(np.abs(two).max()), float(np.abs(one - two).max()) / size
 
@@ -76,7 +76,7 @@ def _reference(reference: float | dict[str, Any]) -> float:
 
 
 def _compare(check: Check, outcomes: dict[str, Outcome]) -> tuple[float, float, float]:
-    """Value, the other's value and the relative difference."""
+    """Value, value of the other run and the relative difference."""
     if check.quantity in FIELDS:
         return _field(outcomes[check.runs[0]], outcomes[check.against], check.quantity)
     values = [check.scale * figure(outcomes[name], check.quantity) for name in check.runs]
@@ -89,7 +89,7 @@ def _compare(check: Check, outcomes: dict[str, Outcome]) -> tuple[float, float, 
 
 
 def judge_check(scene: Scene, check: Check, outcomes: dict[str, Outcome]) -> Finding | None:
-    """The line of a check; none when a run of it was not asked for."""
+    """The line of a check; None if one of its runs was not requested."""
     if any(name not in outcomes for name in check.needs()):
         return None
     own, other = outcomes[check.runs[-1]], outcomes.get(check.against)
@@ -114,7 +114,7 @@ def judge_check(scene: Scene, check: Check, outcomes: dict[str, Outcome]) -> Fin
 
 
 def chart_point(scene: Scene, point: Point, outcomes: dict[str, Outcome]) -> dict[str, Any] | None:
-    """A point for the charts of error over cost; without error and seconds when the run gave no figure."""
+    """A point for the charts of error against cost; without error and seconds if the run has no result."""
     outcome = outcomes.get(point.run)
     if outcome is None or outcome.absent:
         return None
@@ -133,5 +133,5 @@ def chart_point(scene: Scene, point: Point, outcomes: dict[str, Outcome]) -> dic
 
 
 def as_rows(findings: list[Finding]) -> list[dict[str, Any]]:
-    """The lines as objects of JSON."""
+    """The lines as JSON objects."""
     return [asdict(finding) for finding in findings]

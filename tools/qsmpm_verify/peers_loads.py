@@ -1,4 +1,4 @@
-"""Loads of nodes: what an even traction and the weight of cells give the nodes of a plane mesh."""
+"""Nodal loads: equivalent nodal forces of a uniform traction and of the self-weight of the cells of a plane mesh."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from qsmpm_verify.results import Array
 
 EDGE_SHARES = {2: (1 / 2, 1 / 2), 3: (1 / 6, 1 / 6, 4 / 6)}
-"""Shares of an even load that the nodes of a straight edge take: ends first, then the middle."""
+"""Fractions of a uniform load at the nodes of a straight edge: ends first, then the midside node."""
 
 EDGES = {
     5: ((0, 1), (1, 2), (2, 0)),
@@ -15,15 +15,15 @@ EDGES = {
     22: ((0, 1, 3), (1, 2, 4), (2, 0, 5)),
     23: ((0, 1, 4), (1, 2, 5), (2, 3, 6), (3, 0, 7)),
 }
-"""Edges of the plane cells by VTK type: ends first, then the middle."""
+"""Edges of the plane cells by VTK type: ends first, then the midside node."""
 
 CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 TRIANGLE_SHARES = {5: (1 / 3, 1 / 3, 1 / 3), 22: (0, 0, 0, 1 / 3, 1 / 3, 1 / 3)}
-"""Shares of the area of a triangle with straight sides."""
+"""Fractions of the area of a triangle with straight sides."""
 
 
 def outer_edges(cells: Array, vtk_type: int) -> list[tuple[int, ...]]:
-    """Edges that only one cell has, as nodes: ends first, then the middle."""
+    """Edges that belong to one cell only, as nodes: ends first, then the midside node."""
     seen: dict[frozenset[int], list[tuple[int, ...]]] = {}
     for cell in cells:
         for edge in EDGES[vtk_type]:
@@ -33,7 +33,7 @@ def outer_edges(cells: Array, vtk_type: int) -> list[tuple[int, ...]]:
 
 
 def traction_forces(nodes: Array, edges: list[tuple[int, ...]], traction: Array) -> Array:
-    """Loads of nodes (nodes, 2) that do the work of an even traction on straight edges."""
+    """Nodal loads (nodes, 2) equivalent to a uniform traction on straight edges."""
     forces = np.zeros_like(nodes)
     for edge in edges:
         length = np.linalg.norm(nodes[edge[1]] - nodes[edge[0]])
@@ -52,7 +52,7 @@ def _quad_shape(xi: float, eta: float, count: int) -> Array:
 
 
 def _quad_jacobian(corners: Array, xi: float, eta: float) -> float:
-    """Area of a quadrilateral with straight sides over that of its reference square, at a place."""
+    """Area of a quadrilateral with straight sides over that of its reference square, at a point."""
     along = CORNERS * (1 + CORNERS[:, ::-1] * (eta, xi)) / 4
     return float(np.linalg.det(along.T @ corners))
 
@@ -71,7 +71,7 @@ def shares_of_area(places: Array, vtk_type: int) -> Array:
 
 
 def weight_forces(nodes: Array, cells: Array, vtk_type: int, weight: tuple[float, float]) -> Array:
-    """Loads of nodes (nodes, 2) from the weight of a unit volume."""
+    """Nodal loads (nodes, 2) for a given weight per volume."""
     forces = np.zeros_like(nodes)
     for cell in cells:
         forces[cell] += shares_of_area(nodes[cell], vtk_type)[:, None] * np.array(weight)

@@ -1,8 +1,8 @@
-"""The scene of a finished finite element run as another program needs it: mesh, material, what is held, what loads.
+"""The model of a completed finite element run in the form another program requires: mesh, material, constraints, loads.
 
-Everything is read from what the run wrote: the fully resolved deck, the mesh of results.h5 and the nodes at the end in
-restart.h5. So the scene is given once, in the deck, and the other program gets the same nodes and the same cells.
-A keyword that this reading does not understand is an error: nothing is left out in silence.
+Everything is read from the output of the run: the fully resolved deck, the mesh of results.h5 and the nodes at the end in
+restart.h5. The scene is therefore defined once, in the deck, and the other program uses the same nodes and cells.
+A keyword that is not supported here is an error: nothing is omitted silently.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ UNDERSTOOD = {
     "GRAVITY", "PERMEABILITY", "CONSOLIDATION",
     "CONTROLS", "END PHASE",
 }  # fmt: skip
-"""Keywords of an elastic scene of one body and one phase."""
+"""Supported keywords of an elastic scene of one body and one phase."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Flow:
-    """Water that leaves a scene in time: permeability over the weight of water, nodes where it leaves, time and steps of the ramp."""
+    """Transient groundwater flow: permeability over the unit weight of water, drained nodes, time and steps of the ramp."""
 
     mobility: float
     open: Array
@@ -48,7 +48,7 @@ class Flow:
 
 @dataclass(frozen=True)
 class Model:
-    """An elastic plane-strain scene on a mesh of one kind of cell. Nodes and cells count from 0."""
+    """An elastic plane-strain model on a mesh of one cell type. Node and cell numbers start at 0."""
 
     nodes: Array
     cells: Array
@@ -76,7 +76,7 @@ class Solution:
 
 
 def read_blocks(text: str) -> list[Block]:
-    """Blocks of a resolved deck; a line that ends in a comma goes on in the next."""
+    """Blocks of a resolved deck; a line that ends in a comma continues on the next line."""
     text = re.sub(r",[ \t]*\n", ", ", text)
     blocks: list[Block] = []
     for line in text.splitlines():
@@ -94,7 +94,7 @@ def read_blocks(text: str) -> list[Block]:
 def _one(blocks: list[Block], keyword: str) -> Block:
     found = [block for block in blocks if block.keyword == keyword]
     if len(found) != 1:
-        raise Trouble(f"a scene for another program has one *{keyword}, not {len(found)}")
+        raise Trouble(f"a scene for another program requires one *{keyword}, not {len(found)}")
     return found[0]
 
 
@@ -106,14 +106,14 @@ def _named(blocks: list[Block], keyword: str, key: str, name: str) -> Block:
 
 
 def _inside_box(points: Array, words: list[str]) -> Array:
-    """Which points are in a box x1, x2, y1, y2, its sides included."""
+    """Marks the points in a box x1, x2, y1, y2, boundary included."""
     limits = np.array([float(word) for word in words[:4]]).reshape(2, 2)
     slack = 1e-9 * np.ptp(points, axis=0).max()
     return ((points >= limits[:, 0] - slack) & (points <= limits[:, 1] + slack)).all(axis=1)
 
 
 def node_set(blocks: list[Block], name: str, nodes: Array) -> Array:
-    """Nodes of a set given by a plane or a box."""
+    """Nodes of a set defined by a plane or a box."""
     block = _named(blocks, "NSET", "NSET", name)
     if "PLANE" in block.parameters:
         axis = "XY".index(block.parameters["PLANE"].upper())
@@ -121,7 +121,7 @@ def node_set(blocks: list[Block], name: str, nodes: Array) -> Array:
         return np.flatnonzero(np.abs(nodes[:, axis] - place) < 1e-9 * np.ptp(nodes, axis=0).max())
     if "BOX" in block.parameters:
         return np.flatnonzero(_inside_box(nodes, block.lines[0]))
-    raise Trouble(f"node set {name}: only sets by PLANE and BOX are read for another program")
+    raise Trouble(f"node set {name}: only sets by PLANE and BOX are supported for another program")
 
 
 def _held(blocks: list[Block], nodes: Array) -> list[tuple[int, int]]:
@@ -140,11 +140,11 @@ def _forces(blocks: list[Block], nodes: Array, cells: Array, vtk_type: int, fact
             continue
         surface = _named(blocks, "SURFACE", "NAME", block.parameters["SURFACE"])
         if surface.parameters.get("TYPE", "").upper() != "BOX":
-            raise Trouble(f"surface {block.parameters['SURFACE']}: only TYPE=BOX is read for another program")
+            raise Trouble(f"surface {block.parameters['SURFACE']}: only TYPE=BOX is supported for another program")
         inside = set(np.flatnonzero(_inside_box(nodes, surface.lines[0])).tolist())
         edges = [edge for edge in outer_edges(cells, vtk_type) if inside.issuperset(edge)]
         if not edges:
-            raise Trouble(f"surface {block.parameters['SURFACE']}: no edge of a cell lies in it")
+            raise Trouble(f"surface {block.parameters['SURFACE']}: it contains no edge of a cell")
         forces += traction_forces(nodes, edges, factor * np.array([float(word) for word in block.lines[0][:2]]))
     return forces
 
@@ -167,7 +167,7 @@ def _places(blocks: list[Block], nodes: Array) -> dict[str, tuple[int, int, floa
         distance = np.linalg.norm(nodes - place, axis=1)
         node = int(distance.argmin())
         if distance[node] > 1e-9 * np.ptp(nodes, axis=0).max():
-            raise Trouble(f"history {block.parameters['NAME']}: no node of the mesh lies at its place")
+            raise Trouble(f"history {block.parameters['NAME']}: there is no node of the mesh at its position")
         axis = "XY".index(block.parameters["COMPONENT"].upper())
         places[block.parameters["NAME"]] = (node, axis, float(block.parameters.get("SCALE", "1")))
     return places
@@ -179,22 +179,22 @@ def _flow(blocks: list[Block], nodes: Array) -> Flow | None:
     card, phase = _one(blocks, "CONSOLIDATION"), _one(blocks, "PHASE").parameters
     along, up = (float(word) for word in _one(blocks, "PERMEABILITY").lines[0][:2])
     if along != up or float(card.parameters.get("STORAGE", "0")) or any(row[1] != "OPEN" for row in card.lines):
-        raise Trouble("only one permeability, no storage and OPEN sets are taken to another program")
+        raise Trouble("for another program only a single permeability, no storage and OPEN sets are supported")
     chosen = np.unique(np.concatenate([node_set(blocks, row[0], nodes) for row in card.lines]))
     steps = int(_one(blocks, "CONTROLS").parameters["STEPS"])
     return Flow(along / float(card.parameters["UNIT WEIGHT"]), chosen, float(phase["TIME"]), steps)
 
 
 def _used_mesh(results: Path) -> tuple[Array, Array, int, Array]:
-    """Nodes, cells, VTK type of the cells the body takes, and the numbers of their nodes in the run's mesh."""
+    """Nodes, cells, VTK type of the cells of the body, and the numbers of their nodes in the mesh of the run."""
     mesh = read_mesh(results)
     with h5py.File(results / "restart.h5", "r") as file:
         used = np.unique(file["points/cell"][...]) - 1
     if len(set(mesh.types[used].tolist())) != 1:
-        raise Trouble(f"{results}: cells of more than one kind")
+        raise Trouble(f"{results}: cells of more than one type")
     kind = int(mesh.types[used[0]])
     if kind not in EDGES:
-        raise Trouble(f"{results}: cells of VTK type {kind} are not taken to another program")
+        raise Trouble(f"{results}: cells of VTK type {kind} are not supported for another program")
     labels = np.array([mesh.cells[cell] for cell in used])
     kept, renumbered = np.unique(labels, return_inverse=True)
     return mesh.nodes[kept, :2], renumbered.reshape(labels.shape), kind, kept
@@ -203,15 +203,15 @@ def _used_mesh(results: Path) -> tuple[Array, Array, int, Array]:
 def _check_scene(blocks: list[Block]) -> None:
     for block in blocks:
         if block.keyword not in UNDERSTOOD:
-            raise Trouble(f"*{block.keyword} is not taken to another program")
+            raise Trouble(f"*{block.keyword} is not supported for another program")
     if _one(blocks, "MODEL").parameters.get("TYPE", "").upper() != "PLANE STRAIN":
-        raise Trouble("only plane strain is taken to another program")
+        raise Trouble("only plane strain is supported for another program")
     if _one(blocks, "METHOD").parameters.get("BASIS", "").upper() != "FEM":
-        raise Trouble("only a run with BASIS=FEM has the mesh of its body")
+        raise Trouble("only a run with BASIS=FEM has a body-fitted mesh")
 
 
 def read_model(results: Path) -> Model:
-    """The scene of a run's folder."""
+    """The model of a run folder."""
     echoes = sorted(results.glob("*.echo.inp"))
     if len(echoes) != 1:
         raise Trouble(f"{results}: no resolved deck")
@@ -227,11 +227,11 @@ def read_model(results: Path) -> Model:
 
 
 def read_own(results: Path) -> Solution:
-    """What the run itself has for the nodes of its model."""
+    """The results of the run itself at the nodes of its model."""
     nodes, _, _, kept = _used_mesh(results)
     with h5py.File(results / "restart.h5", "r") as file:
         now, reactions = file["mesh/coordinates"][...], file["mesh/reactions"][...]
         water = file["terms/excess_pore_pressure"][...].ravel()[kept] if "terms/excess_pore_pressure" in file else None
     if len(now) <= kept.max():
-        raise Trouble(f"{results}: restart.h5 holds {len(now)} nodes, the mesh more")
+        raise Trouble(f"{results}: restart.h5 contains {len(now)} nodes, the mesh more")
     return Solution(now[kept] - nodes, reactions.sum(axis=0), water)

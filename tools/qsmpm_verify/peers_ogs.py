@@ -1,8 +1,8 @@
 """OpenGeoSys: small deformation and hydro-mechanics (Taylor-Hood) on the mesh of a model.
 
 A project file and meshes are written, the program of the package `ogs` in .venv-peers is run as a process of its own, and its
-last file of results is read. What is held and what is loaded are meshes of single nodes with the numbers that they have in the
-whole mesh. Loads grow evenly with time; OpenGeoSys counts pressure positive in compression, as here.
+last result file is read. Constrained and loaded nodes are meshes of single nodes with their numbers in the
+whole mesh. Loads increase linearly with time; in OpenGeoSys pressure is positive in compression, as here.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from qsmpm_verify.trouble import RunFailed, Trouble
 
 PROGRAM = PYTHON.parent / "ogs"
 ORDERS = {5: 1, 9: 2, 22: 2, 23: 3}
-"""Order of the rule by VTK type: 1, 4, 3 and 9 points."""
+"""Integration order by VTK type: 1, 4, 3 and 9 points."""
 
 QUADRATIC = (22, 23)
 
@@ -40,14 +40,14 @@ def version() -> str:
 
 
 def _data(name: str, values: Array, kind: str = "Float64") -> str:
-    """A table of a .vtu file, in digits that give the same number back."""
+    """A table of a .vtu file, with sufficient digits to reproduce the numbers."""
     columns = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
     numbers = " ".join(str(value) for value in values.ravel().tolist())
     return f'<DataArray type="{kind}" Name="{name}"{columns} format="ascii">{numbers}</DataArray>'
 
 
 def mesh_text(nodes: Array, cells: Array, vtk_type: int, fields: str = "") -> str:
-    """A mesh as OpenGeoSys reads it; `fields` are tables of its nodes."""
+    """A mesh in the format of OpenGeoSys; `fields` are tables of its nodes."""
     count, each = cells.shape
     places = np.column_stack([nodes, np.zeros(len(nodes))])
     return (
@@ -109,7 +109,7 @@ def _parameters(model: Model, loaded: bool) -> str:
 
 
 def project_text(model: Model, sets: list[str]) -> str:
-    """The project; `sets` names the meshes of nodes beside the whole one."""
+    """The project; `sets` names the meshes of nodes in addition to the whole mesh."""
     flow = model.flow
     duration, steps = (flow.duration, flow.steps) if flow else (1.0, 1)
     held = "".join(f"<boundary_condition>{_at(f'held_{axis}', i, 'Dirichlet', 'zero_1')}</boundary_condition>" for i, axis in enumerate("xy"))
@@ -150,7 +150,7 @@ def project_text(model: Model, sets: list[str]) -> str:
 def files_of(model: Model) -> dict[str, str]:
     """All files of a run by name."""
     if model.flow and model.vtk_type not in QUADRATIC:
-        raise Trouble("OpenGeoSys: water flows in quadratic cells only")
+        raise Trouble("OpenGeoSys: groundwater flow requires quadratic cells")
     chosen = {f"held_{axis}": np.array([node for node, held in model.held if held == i]) for i, axis in enumerate("xy")}
     chosen["loaded"] = np.flatnonzero(np.abs(model.forces).sum(axis=1))
     if model.flow:
@@ -161,7 +161,7 @@ def files_of(model: Model) -> dict[str, str]:
 
 
 def read_fields(text: str) -> dict[str, Array]:
-    """Tables of the nodes in a .vtu file of numbers in digits."""
+    """Tables of the nodes in a .vtu result file in ASCII format."""
     found = {}
     for data in ElementTree.fromstring(text).iterfind(".//PointData/DataArray"):
         values = np.array([float(word) for word in (data.text or "").split()])
@@ -170,10 +170,10 @@ def read_fields(text: str) -> dict[str, Array]:
 
 
 def solution_of(model: Model, text: str) -> Solution:
-    """What a .vtu file of results says of the nodes of a model; nodal forces are those that supports bear, and loads of held nodes."""
+    """Results of a .vtu file at the nodes of a model; nodal forces are reactions of the supports and loads at constrained nodes."""
     fields = read_fields(text)
     if len(fields.get("displacement", ())) != len(model.nodes):
-        raise RunFailed("OpenGeoSys wrote no displacements of the nodes that it was given")
+        raise RunFailed("OpenGeoSys wrote no displacements at the nodes of the model")
     held = sorted({node for node, _ in model.held})
     reaction = (fields["NodalForces"] - model.forces)[held].sum(axis=0)
     return Solution(fields["displacement"], reaction, fields["pressure"][:, 0] if model.flow else None)

@@ -1,4 +1,4 @@
-"""Runs of other programs: measured, and kept as long as their input and the program stay the same."""
+"""Runs of other programs: measured, and kept as long as their input and the program are unchanged."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from qsmpm_verify.trouble import RunFailed
 
 @dataclass(frozen=True)
 class Finished:
-    """A process that ended as it should: where it ran, CPU seconds of the whole process, whether it was kept."""
+    """A successful process: its folder, CPU seconds of the whole process, whether it was kept."""
 
     folder: Path
     cpu_seconds: float
@@ -26,7 +26,7 @@ class Finished:
 
 
 def key_of(command: list[str], version: str, files: Mapping[str, str]) -> str:
-    """Hash of all that a run depends on: command, program's version, texts of its files by name."""
+    """Hash of all dependencies of a run: command, version of the program, texts of its files by name."""
     key = hashlib.sha256(json.dumps([command, version]).encode())
     for name, text in sorted(files.items()):
         key.update(f"\0{name}\0{text}".encode())
@@ -34,7 +34,7 @@ def key_of(command: list[str], version: str, files: Mapping[str, str]) -> str:
 
 
 def _kept(folder: Path, key: str, needed: list[str]) -> Finished | None:
-    """The run kept in a folder when it is the one asked for and its files are there."""
+    """The run kept in a folder if it is the requested one and its files exist."""
     try:
         content = json.loads((folder / "peer.json").read_text(encoding="utf-8"))
         if content["key"] != key or not all((folder / name).is_file() for name in needed):
@@ -45,7 +45,7 @@ def _kept(folder: Path, key: str, needed: list[str]) -> Finished | None:
 
 
 def measure(command: list[str], folder: Path, seconds: float) -> tuple[int, float]:
-    """Exit code and CPU seconds of a process in a folder, on one thread; terminal.txt takes what it prints."""
+    """Exit code and CPU seconds of a process in a folder, on one thread; its output is written to terminal.txt."""
     one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "CCX_NPROC_STIFFNESS"), "1")
     with (folder / "terminal.txt").open("wb") as output:
         child = subprocess.Popen(
@@ -68,7 +68,7 @@ def run_peer(
 ) -> Finished:  # fmt: skip
     """Write the files into the folder and run the command there, unless the same run is kept.
 
-    A run that fails, is stopped or leaves out a file that is needed raises RunFailed.
+    A run that fails, is stopped or does not write a required file raises RunFailed.
     """
     key = key_of(command, version, files)
     kept = None if fresh else _kept(folder, key, needed)

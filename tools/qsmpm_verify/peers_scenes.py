@@ -1,42 +1,42 @@
-"""Scenes that other programs compute too: what verification/peers/*.toml says, checked strictly.
+"""Scenes that other programs also compute: the format of verification/peers/*.toml, checked strictly.
 
 title = "..."                 one line
 deck = "input/NAME.inp"       of QSMPM, from the top of the tree
-note = "..."                  which laws and elements are compared and why that is fair
+note = "..."                  which laws and elements are compared and why the comparison is valid
 
 [[run]]                       one computation
 name = "fem"
 program = "qsmpm"             qsmpm (default), calculix, kratos, ogs, script, xslope or bounds
 effort = "quick"              quick (default) or long
-replace = [["old", "new"]]    qsmpm: in the deck; `deck` takes another one
-make = [["FILE", "SCRIPT", "WORD"]]   qsmpm: files put beside the deck, what a script of the tree prints
-of = "fem"                    calculix, kratos, ogs: the run whose mesh, supports and loads are taken; xslope, bounds: whose deck is
-element = "CPE8R"             calculix, kratos: other than the default of the cells
+replace = [["old", "new"]]    qsmpm: in the deck; `deck` names another one
+make = [["FILE", "SCRIPT", "WORD"]]   qsmpm: files written beside the deck, the output of a script of the tree
+of = "fem"                    calculix, kratos, ogs: the run whose mesh, supports and loads are used; xslope, bounds: whose deck is used
+element = "CPE8R"             calculix, kratos: if not the default for the cells
 law = "NEO HOOKE"             calculix: ELASTIC (default) or NEO HOOKE
 steps = 20                    calculix, kratos: steps of a finite deformation; 0 (default) is linear
-command = ["kratos_column.py", "16"]  script: of tools/peers, with its words
-phase = "factor"              xslope, bounds: the phase whose state is taken
-method = "bishop"             xslope: of limit equilibrium, or seepage on cells of `size`
-grid = false                  xslope: circles are not searched from a grid of centres too
+command = ["kratos_column.py", "16"]  script: of tools/peers, with its arguments
+phase = "factor"              xslope, bounds: the phase whose state is used
+method = "bishop"             xslope: of limit equilibrium, or seepage with cells of `size`
+grid = false                  xslope: no additional search of circles from a grid of centres
 each = [{n = 8}]              one run an entry (families.py)
 
 [[check]]
-of = "fem"                    the run that is judged
-against = "ccx"               by another run; or reference = 1.5, or reference = {function = "..."}
+of = "fem"                    the run that is assessed
+against = "ccx"               another run; or reference = 1.5, or reference = {function = "..."}
 quantity = "field"            field: largest difference of displacements over all nodes by the largest displacement;
-                              pressure field: the same of the excess pressures of nodes;
-                              reaction: largest component of what the supports bear; or a history, or a figure of a script
-limit_of = ["a", "b"]         in place of `of`: the limit of three or more runs whose cells are halved (Aitken)
-scale = 1.0                   factor on the figure
+                              pressure field: the same for the excess pore pressures of nodes;
+                              reaction: largest component of the support reactions; or a history, or a value of a script
+limit_of = ["a", "b"]         instead of `of`: the limit of three or more runs with successively halved cells (Aitken)
+scale = 1.0                   factor on the value
 tolerance = 1e-6              relative, with reason = "..."; or print = true
-name = "..."                  of the line, when not the quantity
+name = "..."                  of the line, default the quantity
 
-[[point]]                     of a chart of error over cost
+[[point]]                     of a chart of error against cost
 study = "cantilever"          of verification/studies
 label = "Kratos MPM"
 run = "..."
 quantity = "tip_deflection"
-reference = 8.2539            the error is the relative distance from it; without one the figure is the error
+reference = 8.2539            the error is the relative difference from it; without one the value is the error
 size = 4
 note = "..."
 """
@@ -74,7 +74,7 @@ class PeerRun:
 
 @dataclass(frozen=True)
 class Check:
-    """A figure of a run, or the limit of several, held against another run or a reference."""
+    """A value of a run, or the limit of several, compared with another run or a reference."""
 
     runs: tuple[str, ...]
     against: str
@@ -86,13 +86,13 @@ class Check:
     name: str
 
     def needs(self) -> tuple[str, ...]:
-        """Runs without which there is no verdict."""
+        """Runs that are required for a verdict."""
         return self.runs + ((self.against,) if self.against else ())
 
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a chart of error over cost."""
+    """A point of a chart of error against cost."""
 
     study: str
     label: str
@@ -105,7 +105,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene, its runs in the order in which they need each other, and what is judged."""
+    """A scene, its runs in the order of their dependencies, and its checks."""
 
     name: str
     title: str
@@ -119,12 +119,12 @@ class Scene:
 def _run(table: dict[str, Any], known: dict[str, PeerRun], where: str) -> PeerRun:
     program = table.get("program", "qsmpm")
     if program not in KEYS:
-        raise CaseError(f"{where}: program is one of {', '.join(KEYS)}")
+        raise CaseError(f"{where}: program must be one of {', '.join(KEYS)}")
     check_keys(table, {"name", "program", "effort"} | KEYS[program], where)
     if table.get("effort", "quick") not in ("quick", "long"):
-        raise CaseError(f"{where}: effort is quick or long")
+        raise CaseError(f"{where}: effort must be quick or long")
     if "of" in KEYS[program] and getattr(known.get(table.get("of", "")), "program", "") != "qsmpm":
-        raise CaseError(f"{where}: of names a run of qsmpm that stands before it")
+        raise CaseError(f"{where}: of must name an earlier run of qsmpm")
     words = {key: value for key, value in table.items() if key in KEYS[program]}
     return PeerRun(table["name"], program, table.get("effort", "quick"), words)
 
@@ -133,14 +133,14 @@ def _runs(tables: list[dict[str, Any]], where: str) -> dict[str, PeerRun]:
     runs: dict[str, PeerRun] = {}
     for table in tables:
         if "name" not in table:
-            raise CaseError(f"{where}: a run has a name")
+            raise CaseError(f"{where}: a run requires a name")
         try:
             members = expand(table)
         except FamilyError as error:
             raise CaseError(f"{where}, run '{table['name']}': {error}") from error
         for member in members:
             if member["name"] in runs:
-                raise CaseError(f"{where}: two runs are called {member['name']}")
+                raise CaseError(f"{where}: two runs have the name {member['name']}")
             runs[member["name"]] = _run(member, runs, f"{where}, run '{member['name']}'")
     return runs
 
@@ -149,24 +149,24 @@ def _check(table: dict[str, Any], runs: dict[str, PeerRun], where: str) -> Check
     where = f"{where}, check of '{table.get('of', table.get('limit_of'))}'"
     check_keys(table, CHECK_KEYS, where)
     if ("of" in table) == ("limit_of" in table) or ("against" in table) == ("reference" in table):
-        raise CaseError(f"{where}: give of or limit_of, and against or reference")
+        raise CaseError(f"{where}: of or limit_of, and against or reference, are required")
     reference = table.get("reference")
     if isinstance(reference, dict) and reference.get("function") not in REFERENCES:
-        raise CaseError(f"{where}: reference is a number or names a function")
+        raise CaseError(f"{where}: reference must be a number or name a function")
     if ("tolerance" in table) == bool(table.get("print")) or ("tolerance" in table and not table.get("reason")):
-        raise CaseError(f"{where}: give tolerance and reason, or print = true")
+        raise CaseError(f"{where}: tolerance and reason, or print = true, are required")
     if not isinstance(table.get("quantity"), str):
         raise CaseError(f"{where}: quantity is missing")
     chosen = tuple(table.get("limit_of", ())) or (table["of"],)
     if len(chosen) == 2 or (len(chosen) > 1 and table["quantity"] in (*FIELDS, "reaction")):
-        raise CaseError(f"{where}: a limit is that of a figure of three runs or more")
+        raise CaseError(f"{where}: a limit requires a history or value of three runs or more")
     check = Check(
         chosen, table.get("against", ""), reference, table["quantity"], float(table.get("scale", 1.0)),
-        table.get("tolerance"), table.get("reason", "printed, not judged"), table.get("name", table["quantity"]),
+        table.get("tolerance"), table.get("reason", "printed, not assessed"), table.get("name", table["quantity"]),
     )  # fmt: skip
     for name in check.needs():
         if name not in runs:
-            raise CaseError(f"{where}: no run '{name}'; there are {', '.join(runs)}")
+            raise CaseError(f"{where}: unknown run '{name}'; known are {', '.join(runs)}")
     return check
 
 
@@ -177,7 +177,7 @@ def _points(tables: list[dict[str, Any]], runs: dict[str, PeerRun], where: str) 
             entry = {key: value for key, value in member.items() if key != "name"}
             check_keys(entry, POINT_KEYS, f"{where}, point '{entry.get('label')}'")
             if entry.get("run") not in runs or not {"study", "label", "quantity", "size"} <= set(entry):
-                raise CaseError(f"{where}, point '{entry.get('label')}': study, label, quantity, size and a known run")
+                raise CaseError(f"{where}, point '{entry.get('label')}': study, label, quantity, size and a known run are required")
             reference = entry.get("reference")
             points.append(Point(
                 entry["study"], entry["label"], entry["run"], entry["quantity"],
@@ -203,9 +203,9 @@ def load_scene(path: Path, top: Path) -> Scene:
 
 
 def load_scenes(folder: Path, top: Path, names: list[str]) -> list[Scene]:
-    """The scenes asked for, all when none is named."""
+    """The requested scenes, default all."""
     known = {path.stem: path for path in sorted(folder.glob("*.toml"))}
     for name in names:
         if name not in known:
-            raise CaseError(f"no scene '{name}'; there are {', '.join(known)}")
+            raise CaseError(f"unknown scene '{name}'; known are {', '.join(known)}")
     return [load_scene(known[name], top) for name in names or known]

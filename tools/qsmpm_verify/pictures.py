@@ -1,4 +1,4 @@
-"""`plot`, `points` and `figures`: pictures of finished runs."""
+"""`plot`, `points` and `figures`: figures of finished runs."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from qsmpm_verify.told import read_phase
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verbs."""
-    plot = verbs.add_parser("plot", help="draw the curves of runs over each other")
+    """Arguments of the subcommands."""
+    plot = verbs.add_parser("plot", help="draw the curves of runs in one diagram")
     plot.add_argument("results", nargs="+", type=Path, help="result folders of runs")
     plot.add_argument("--x", default="load_factor", help="column along x")
-    plot.add_argument("--y", default=None, help="column along y; the first history when not given")
-    plot.add_argument("--phase", type=read_phase, help="rows of a phase alone, by name or number")
-    plot.add_argument("--out", type=Path, default=Path("curves.png"), help="picture to write")
+    plot.add_argument("--y", default=None, help="column along y; default the first history")
+    plot.add_argument("--phase", type=read_phase, help="rows of one phase only, by name or number")
+    plot.add_argument("--out", type=Path, default=Path("curves.png"), help="file of the figure")
     plot.set_defaults(act=draw_columns)
     points = verbs.add_parser("points", help="draw the material points of the last state, coloured by displacement")
     points.add_argument("results", nargs="+", type=Path)
     points.add_argument("--out", type=Path, default=Path("points.png"))
     points.set_defaults(act=draw_points)
     figures = verbs.add_parser(
-        "figures", help="figures of the paper from runs under one folder, as the demo makes them"
+        "figures", help="figures of the paper from the runs of one folder, as produced by tools/demo"
     )
-    figures.add_argument("folder", type=Path, help="folder that holds the runs, one a deck")
-    figures.add_argument("--out", type=Path, default=None, help="folder of the pictures; the same when not given")
+    figures.add_argument("folder", type=Path, help="folder that contains the runs, one for each deck")
+    figures.add_argument("--out", type=Path, default=None, help="folder of the figures; default the same folder")
     figures.set_defaults(act=draw_figures)
 
 
 def draw_columns(words: argparse.Namespace) -> int:
-    """One column over another."""
+    """One column against another."""
     plots.plot_columns(words.results, words.x, words.y, words.out, words.phase)
     return 0
 
 
 def draw_points(words: argparse.Namespace) -> int:
-    """Points of last states."""
+    """Material points of the last states."""
     plots.plot_points(words.results, words.out)
     return 0
 

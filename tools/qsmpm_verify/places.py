@@ -1,7 +1,7 @@
-"""Where things lie in the tree.
+"""Paths in the tree.
 
-The tree is that of QSMPM_TREE when it is set, else the one this package lies in, else the one around the folder the
-command was called from: an installed copy of the package serves any checkout.
+The tree is that of QSMPM_TREE if it is set, else the one that contains this package, else the one that contains the current
+folder: an installed copy of the package can be used with any checkout.
 """
 
 import os
@@ -16,7 +16,7 @@ def is_tree(folder: Path) -> bool:
 
 
 def find_tree() -> Path:
-    """The top of the tree; the current folder when there is none, where every file asked for is then missing."""
+    """The top of the tree; the current folder if there is none, in which case every requested file is missing."""
     if named := os.environ.get("QSMPM_TREE"):
         return Path(named).resolve()
     own, here = Path(__file__).resolve().parents[2], Path.cwd()

@@ -1,4 +1,4 @@
-"""Pictures of plane bodies by matplotlib: a field filled out to the boundary, outlines before and now, edges of the mesh."""
+"""Figures of plane bodies by matplotlib: a field up to the boundary, initial and current outlines, edges of the mesh."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ SOLID, PRESSED, WATER = "0.82", "#d76f84", "#1f6fd0"
 
 @dataclass(frozen=True)
 class Frame:
-    """What the pictures of a series have in common: corners of the view, values at the ends of the colours, the field.
+    """Common properties of the figures of a series: corners of the view, limits of the colour scale, the field.
 
-    `names` are those of classes that only the run knows, `length` is the unit of the axes; `pressure` the largest one of
+    `names` are those of classes defined by the run, `length` is the unit of the axes; `pressure` the largest pressure of
     the contacts, `stress` its unit.
     """
 
@@ -52,14 +52,14 @@ class Frame:
     stress: str = ""
 
     def classes(self) -> list[int]:
-        """Numbers of the classes of a field that has them; none else."""
+        """Numbers of the classes of a field with classes; otherwise none."""
         return list(range(round(self.least), round(self.most) + 1)) if self.field in CLASSES else []
 
 
 @dataclass(frozen=True)
 class Body:
-    """Points of a state: where they started, where they are, their values, which are of one kind; their outline there;
-    what stands beside them."""
+    """Points of a state: initial and current positions, values with their association, current outline;
+    objects beside them."""
 
     start: Array
     place: Array
@@ -68,11 +68,11 @@ class Body:
     outline: Outline
     around: Surroundings = NOTHING
     flow: Array | None = None
-    """Velocity of water that flows through the points, where their values are heads; no number where they are dry."""
+    """Velocity of groundwater flow at the points, if their values are heads; NaN where they are dry."""
 
 
 def _colours(frame: Frame) -> tuple[matplotlib.colors.Colormap, Normalize]:
-    """Viridis, in steps where the field has classes."""
+    """Viridis, in steps if the field has classes."""
     classes = frame.classes()
     if classes:
         bounds = np.arange(classes[0], classes[-1] + 2) - 0.5
@@ -82,7 +82,7 @@ def _colours(frame: Frame) -> tuple[matplotlib.colors.Colormap, Normalize]:
 
 
 def _fill(axes: plt.Axes, net: Net, values: Array, frame: Frame) -> None:
-    """The field on a net: smooth, or one class a triangle."""
+    """The field on a triangular mesh: smooth, or one class for each triangle."""
     colours, norm = _colours(frame)
     look: dict[str, Any] = {"cmap": colours, "norm": norm, "rasterized": True}
     x, y = net.now.T
@@ -94,12 +94,12 @@ def _fill(axes: plt.Axes, net: Net, values: Array, frame: Frame) -> None:
 
 
 def _lines(axes: plt.Axes, places: Array, pairs: Array, colour: str, width: float, order: float) -> None:
-    """Lines between pairs of places."""
+    """Lines between pairs of points."""
     axes.add_collection(LineCollection(list(places[pairs]), colors=colour, linewidths=width, zorder=order))
 
 
 def draw_body(axes: plt.Axes, body: Body, frame: Frame, outline: bool = True) -> None:
-    """The field of a body where it is, with its outline there and, in grey, where it began."""
+    """The field of a body in its current position, with its current outline and, in grey, the initial one."""
     colours, norm = _colours(frame)
     inside: set[int] = set()
     for net, members in nets_of(body.start, body.place, body.kinds, body.outline):
@@ -117,7 +117,7 @@ def draw_body(axes: plt.Axes, body: Body, frame: Frame, outline: bool = True) ->
 
 
 def draw_around(axes: plt.Axes, around: Surroundings, frame: Frame) -> None:
-    """Rigid bodies behind, pressure on them as bars that stand on the soil, water levels with their mark."""
+    """Rigid bodies in the background, contact pressures as bars on the soil, water levels with their symbol."""
     size = float((frame.high - frame.low).max())
     bodies = [area for area in (body.area(2 * size) for body in around.bodies) if area is not None]
     if bodies:
@@ -136,14 +136,14 @@ def draw_around(axes: plt.Axes, around: Surroundings, frame: Frame) -> None:
 
 
 def legend(figure: plt.Figure, axes: plt.Axes) -> None:
-    """What stands beside the soil, named below the picture; nothing where nothing does."""
+    """Legend of the objects beside the soil; none without such objects."""
     drawn, names = axes.get_legend_handles_labels()
     if drawn:
         figure.legend(drawn, names, loc="outside lower left", ncols=3, fontsize=8, frameon=False)
 
 
 def draw_mesh(axes: plt.Axes, mesh: Mesh) -> None:
-    """Edges of the cells at the start; corners come first in every cell."""
+    """Edges of the cells in the initial geometry; corners are first in every cell."""
     pairs = [
         (cell[i], cell[(i + 1) % n]) for kind, cell in zip(mesh.types, mesh.cells)
         if (n := CORNERS.get(int(kind), 0)) for i in range(n)
@@ -154,7 +154,7 @@ def draw_mesh(axes: plt.Axes, mesh: Mesh) -> None:
 
 
 def bar(figure: plt.Figure, axes: plt.Axes | list[plt.Axes], frame: Frame, **place: Any) -> None:
-    """The colours with their values, or the names of their classes."""
+    """The colour scale with values, or with the names of the classes."""
     colours, norm = _colours(frame)
     shown = figure.colorbar(plt.cm.ScalarMappable(norm, colours), ax=axes, **place)
     # A letter of 9 points is about 0.075 inches wide; what is longer than the bar is broken between words.
@@ -170,14 +170,14 @@ def bar(figure: plt.Figure, axes: plt.Axes | list[plt.Axes], frame: Frame, **pla
 
 
 def label_axes(axes: plt.Axes, frame: Frame) -> None:
-    """Names of the axes with their unit, where it is known."""
+    """Names of the axes with their unit, if known."""
     if frame.length:
         axes.set_xlabel(f"x [{frame.length}]", fontsize=8)
         axes.set_ylabel(f"y [{frame.length}]", fontsize=8)
 
 
 def plane_picture(body: Body, frame: Frame, caption: str, outline: bool = True, mesh: Mesh | None = None) -> Array:
-    """One picture as rows of red, green and blue; every picture of a frame has the same size."""
+    """One image as rows of red, green and blue; all images of a series have the same size."""
     size = frame.high - frame.low
     named = bool(body.around.bodies or body.around.water)
     height = float(np.clip(0.84 * WIDTH * size[1] / size[0] + (1.25 if named else 0.9), 2.2, 9.0))

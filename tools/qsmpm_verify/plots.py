@@ -1,4 +1,4 @@
-"""Pictures: curves over each other, material points by displacement, and the figures of the paper."""
+"""Figures: curves in one diagram, material points by displacement, and the figures of the paper."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BOOKKEEPING = {
 
 
 def first_history(curves: Curves, beside: str = "") -> str:
-    """Name of the first column that the deck asked for, another one than `beside`."""
+    """Name of the first column requested by the deck, other than `beside`."""
     for name in curves.columns:
         if name not in BOOKKEEPING and name != beside:
             return name
@@ -57,7 +57,7 @@ def plain_number(value: float) -> str:
 
 
 def set_ticks(axis: Axis, low: float, high: float) -> None:
-    """Numbers at powers of ten; between them too where the axis has few of those."""
+    """Labels at powers of ten, and between them if the axis has few of those."""
     decades = math.log10(high / low)
     axis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0) if decades < 2.2 else (1.0,), numticks=20))
     axis.set_major_formatter(FuncFormatter(lambda value, place: plain_number(value)))
@@ -65,7 +65,7 @@ def set_ticks(axis: Axis, low: float, high: float) -> None:
 
 
 def save(figure: plt.Figure, path: Path) -> Path:
-    """Write a picture."""
+    """Write a figure."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if figure.get_layout_engine() is None:
         figure.tight_layout()
@@ -75,7 +75,7 @@ def save(figure: plt.Figure, path: Path) -> Path:
 
 
 def parts_of(curves: Curves, folder: Path, x: str, phase: int | str | None, alone: bool) -> list[tuple[str, Array]]:
-    """Lines of a run with their names: one, but one a phase over the load factor, which begins anew in each."""
+    """Lines of a run with their names: one, or one for each phase against the load factor, which starts again in each phase."""
     if phase is not None:
         return [(folder.name, curves.rows_of_phase(phase))]
     numbers = list(dict.fromkeys(curves.text["phase"] if "phase" in curves.text else curves.column("phase").astype(int).tolist()))
@@ -86,7 +86,7 @@ def parts_of(curves: Curves, folder: Path, x: str, phase: int | str | None, alon
 
 
 def plot_columns(results: list[Path], x: str, y: str | None, out: Path, phase: int | str | None = None) -> Path:
-    """One column over another for several runs, of all phases or of one."""
+    """One column against another for several runs, of all phases or of one."""
     figure, axes = plt.subplots(figsize=(6.4, 4.4))
     for folder in results:
         curves = read_curves(folder)
@@ -106,7 +106,7 @@ def plot_columns(results: list[Path], x: str, y: str | None, out: Path, phase: i
 
 
 def plot_points(results: list[Path], out: Path) -> Path:
-    """Last written states of plane bodies below each other, filled by the size of their displacement, on one scale."""
+    """Last written states of plane bodies one below the other, coloured by the magnitude of the displacement, on one scale."""
     states = [read_points(folder) for folder in results]
     values = [np.linalg.norm(points.field("displacement"), axis=1) for points in states]
     bodies = [body_of(points, value, read_mesh(folder)) for points, value, folder in zip(states, values, results)]
@@ -128,7 +128,7 @@ def plot_points(results: list[Path], out: Path) -> Path:
 
 
 def oedometer_figure(folder: Path, out: Path) -> Path:
-    """Fig. 3 of the paper: stress over strain against van Langen's curve."""
+    """Fig. 3 of the paper: stress against strain with van Langen's curve."""
     curves = read_curves(folder)
     strain, stress = curves.column("engineering_strain"), -curves.column("axial_stress")
     fine = np.linspace(0.0, float(strain.max()), 300)
@@ -143,7 +143,7 @@ def oedometer_figure(folder: Path, out: Path) -> Path:
 
 
 def settle_axes(axes: plt.Axes, runs: dict[str, Path], kinds: tuple[tuple[str, str, str], ...]) -> int:
-    """Draw unit weight over u E for both stiffnesses and the given kinds of run; how many were there."""
+    """Draw unit weight against u E for both stiffnesses and the given kinds of run; returns the number of runs available."""
     count = 0
     for young, colour in ((50, "tab:blue"), (200, "tab:red")):
         for name, line, text in kinds:
@@ -163,10 +163,10 @@ def settle_axes(axes: plt.Axes, runs: dict[str, Path], kinds: tuple[tuple[str, s
 
 
 def slope_figure(runs: dict[str, Path], out: Path) -> Path:
-    """Fig. 6 of the paper: load-displacement curves of the crest, MPM beside updated Lagrangian FEM."""
+    """Fig. 6 of the paper: load-displacement curves of the crest, MPM and updated Lagrangian FEM."""
     figure, axes = plt.subplots(figsize=(6.4, 4.6))
-    kinds = (("grid", "-", "recommended method"), ("fem", "--", "FEM"), ("plane", ":", "paper's way, triangles"),
-             ("coarse", "-.", "paper's way, wedges"))  # fmt: skip
+    kinds = (("grid", "-", "recommended method"), ("fem", "--", "FEM"), ("plane", ":", "method of the paper, triangles"),
+             ("coarse", "-.", "method of the paper, wedges"))  # fmt: skip
     settle_axes(axes, runs, kinds)
     return save(figure, out)
 
@@ -188,7 +188,7 @@ COLUMN_KINDS = (
 
 
 def column_figure(runs: dict[str, Path], out: Path) -> Path | None:
-    """Stress error of the self-weight column over cells and over CPU seconds; runs are called KIND_CELLS."""
+    """Stress error of the self-weight column against cells and CPU seconds; runs are named KIND_CELLS."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 4.2), sharey=True)
     drawn = 0
     for kind, line, text in COLUMN_KINDS:
@@ -219,7 +219,7 @@ FOOTING_KINDS = (("spline", "-", "SPLINE2, 9 points"), ("gimp", "--", "GIMP, 4 p
 
 
 def footing_figure(runs: dict[str, Path], out: Path) -> Path | None:
-    """Load over settlement of the footing pushed by its width; runs are called KIND_CELLS."""
+    """Load against settlement of the footing displaced by its width; runs are named KIND_CELLS."""
     figure, axes = plt.subplots(figsize=(6.4, 4.4))
     drawn = 0
     for kind, line, text in FOOTING_KINDS:
@@ -234,8 +234,8 @@ def footing_figure(runs: dict[str, Path], out: Path) -> Path | None:
         plt.close(figure)
         return None
     axes.axhline(2 + np.pi, color="k", lw=0.8, ls=":", label="2 + pi, small displacements")
-    axes.set_xlabel("settlement over the width B")
-    axes.set_ylabel("mean pressure over the strength")
+    axes.set_xlabel("settlement / width B")
+    axes.set_ylabel("mean pressure / strength")
     axes.set_ylim(bottom=0)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
@@ -243,7 +243,7 @@ def footing_figure(runs: dict[str, Path], out: Path) -> Path | None:
 
 
 def page_figures(runs: dict[str, Path], out: Path) -> list[Path]:
-    """Figures beside the page of figures, as far as the runs go; runs are called FILE/NAME."""
+    """Figures beside the page of results, as far as the runs are available; runs are named FILE/NAME."""
 
     def of(file: str) -> dict[str, Path]:
         return {name.split("/")[1]: folder for name, folder in runs.items() if name.startswith(file + "/")}
@@ -256,7 +256,7 @@ def page_figures(runs: dict[str, Path], out: Path) -> list[Path]:
 
 
 def paper_figures(folder: Path, out: Path) -> list[Path]:
-    """All figures that the runs under a folder allow."""
+    """All figures for which a folder contains the runs."""
     runs = {path.parent.name: path.parent for path in sorted(folder.glob("*/curves.csv"))}
     pictures: list[Path] = []
     if "oedometer" in runs:
@@ -273,5 +273,5 @@ def paper_figures(folder: Path, out: Path) -> list[Path]:
         if picture:
             pictures.append(picture)
     if not pictures:
-        raise ResultError(f"{folder}: no run of the oedometer or the slope in it")
+        raise ResultError(f"{folder}: it contains no run of the oedometer or the slope")
     return pictures

@@ -1,8 +1,8 @@
-"""`point`: the panels of a laboratory report for a test of one material point, over a measurement if there is one.
+"""`point`: the diagrams of a laboratory report for a test of one material point, with a measurement if there is one.
 
-Drawn are the stress over the strain the test leads, the volumetric strain or the pore pressure, the path of p and q,
-and compression over pressure. A measurement is a CSV with headings `name [unit]` out of the names of curves.csv; what
-it has is drawn, strains in % become numbers, and stresses in another known unit are brought to the result's.
+The diagrams show stress against the controlled strain, the volumetric strain or the pore pressure, the path of p and q,
+and compression against pressure. A measurement is a CSV with headings `name [unit]` with names of curves.csv; its
+columns are plotted, strains in % and stresses in another known unit are converted to the units of the result.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of quantities; `down` draws y downwards, as compression is, `log` x by its logarithm."""
+    """One pair of quantities; `down` plots y downwards, as for compression, `log` x on a logarithmic axis."""
 
     x: str
     y: str
@@ -38,7 +38,7 @@ class Panel:
 
 
 def value(curves: Curves, name: str) -> Array | None:
-    """A quantity of a table, None when it is not there."""
+    """A quantity of a table, None if it is missing."""
     if name == "axial_stress" and name not in curves.columns:
         return -curves.columns["s22"] if "s22" in curves.columns else None
     return curves.columns.get(name)
@@ -50,7 +50,7 @@ def unit(curves: Curves, name: str) -> str:
 
 
 def panels(curves: Curves) -> list[Panel]:
-    """What tells most of a test: by what moves in it."""
+    """The most informative diagrams of a test, from the quantities that vary."""
     sheared = float(np.ptp(curves.column("shear_strain")))
     pressed = float(np.ptp(curves.column("axial_strain")))
     if sheared > pressed:
@@ -65,7 +65,7 @@ def panels(curves: Curves) -> list[Panel]:
 
 
 def factor(own: str, other: str, name: str) -> float:
-    """What brings a measurement to the unit of the result."""
+    """Factor that converts a measurement to the unit of the result."""
     if other == own or not other or (not own and other in ("-", "1")):
         return 1.0
     if not own and other == "%":
@@ -77,10 +77,10 @@ def factor(own: str, other: str, name: str) -> float:
 
 
 def draw_panel(axes: Axes, panel: Panel, curves: Curves, measured: Curves | None) -> bool:
-    """One panel; whether the measurement has it."""
+    """One diagram; returns whether the measurement contains it."""
     x, y = value(curves, panel.x), value(curves, panel.y)
     if x is None or y is None:
-        raise ResultError(f"{curves.path}: no {panel.x} or {panel.y}; `point` reads what `qsmpm point` writes")
+        raise ResultError(f"{curves.path}: no {panel.x} or {panel.y}; `point` requires the output of `qsmpm point`")
     keep = x > 0 if panel.log else np.full(len(x), True)
     axes.plot(x[keep], y[keep], "-", lw=1.2, color="tab:blue", label="QSMPM")
     yields = curves.columns.get("yields")
@@ -107,7 +107,7 @@ def draw_panel(axes: Axes, panel: Panel, curves: Curves, measured: Curves | None
 
 
 def draw(result: Path, against: Path | None, out: Path, unfinished: bool) -> int:
-    """The panels of a result; the number of them that a measurement has."""
+    """The diagrams of a result; returns the number of them for which the measurement has data."""
     curves = open_result(result, unfinished)
     measured = open_result(against, unfinished) if against else None
     chosen = panels(curves)
@@ -116,7 +116,7 @@ def draw(result: Path, against: Path | None, out: Path, unfinished: bool) -> int
     if measured is not None and not found:
         plt.close(figure)
         pairs = ", ".join(f"{panel.x} and {panel.y}" for panel in chosen)
-        raise ResultError(f"{against}: none of the pairs drawn is there: {pairs}")
+        raise ResultError(f"{against}: it contains none of the plotted pairs: {pairs}")
     out.parent.mkdir(parents=True, exist_ok=True)
     figure.tight_layout()
     figure.savefig(out, dpi=130)
@@ -125,21 +125,21 @@ def draw(result: Path, against: Path | None, out: Path, unfinished: bool) -> int
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("point", help="the panels of a laboratory report for a result of `qsmpm point`")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("point", help="plot the diagrams of a laboratory report for a result of `qsmpm point`")
     verb.add_argument("result", type=Path, help="folder of the result, or its curves.csv")
     verb.add_argument("--against", type=Path, metavar="CSV", help="measurement with headings `axial_strain [%%],q [kPa]`")
-    verb.add_argument("--out", type=Path, help="picture, .png, .svg or .pdf; RESULT/point.png when not given")
-    verb.add_argument("--unfinished", action="store_true", help="take a test that did not come to its end")
+    verb.add_argument("--out", type=Path, help="file of the figure, .png, .svg or .pdf; default RESULT/point.png")
+    verb.add_argument("--unfinished", action="store_true", help="accept a test that did not finish")
     verb.set_defaults(act=act)
 
 
 def act(words: argparse.Namespace) -> int:
-    """Draw and tell where."""
+    """Plot and report the file."""
     folder = words.result if words.result.is_dir() else words.result.parent
     out = words.out or folder / "point.png"
     if out.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise Trouble(f"{out}: a picture is a .png, .svg or .pdf file")
+        raise Trouble(f"{out}: a figure must be a .png, .svg or .pdf file")
     draw(words.result, words.against, out, words.unfinished)
     print(out)
     return 0

@@ -1,4 +1,4 @@
-"""`pressures`: the contact pressure on walls and bodies of a plane run over the depth or along the surface, theory beside it."""
+"""`pressures`: the contact pressure on walls and bodies of a plane run against depth or along the surface, with theory."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ ALONG = ("depth", "s", "x", "y")
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("pressures", help="the contact pressure on walls and bodies over depth or along the surface, with theory")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("pressures", help="plot the contact pressure on walls and bodies against depth or along the surface, with theory")
     verb.add_argument("result", type=Path, help="folder of a run, or its results.h5")
     verb.add_argument("--along", choices=ALONG, default="depth",
                       help="depth below --top, s along the surface from its first end, or a coordinate; default depth")
     verb.add_argument("--against", metavar="REFERENCE", help="theory: function:NAME(argument=value, argument=depth), or a CSV with "
-                      "a column named as --along and one `pressure`")
-    verb.add_argument("--top", type=float, help="height that depths count from; the upper end of what is in contact when not given")
-    verb.add_argument("--body", help="name of a rigid body; all when not given")
-    verb.add_argument("--step", type=int, help="step to draw; the last one written when not given")
-    verb.add_argument("--phase", type=read_phase, help="the last step written of a phase, by name or number")
-    verb.add_argument("--out", type=Path, default=Path("pressures.png"), help="picture to write, .png, .svg or .pdf")
-    verb.add_argument("--csv", type=Path, help="write the table too")
+                      "a column with the name of --along and a column `pressure`")
+    verb.add_argument("--top", type=float, help="reference height of depths; default the upper end of the contact")
+    verb.add_argument("--body", help="name of a rigid body; default all")
+    verb.add_argument("--step", type=int, help="step to plot; default the last one written")
+    verb.add_argument("--phase", type=read_phase, help="plot the last step written of a phase, by name or number")
+    verb.add_argument("--out", type=Path, default=Path("pressures.png"), help="file of the figure, .png, .svg or .pdf")
+    verb.add_argument("--csv", type=Path, help="also write the table to a CSV file")
     verb.set_defaults(act=act, film=False, mechanism=False)
 
 
 def table_of(points: Points, body: int | None, top: float | None) -> Curves:
-    """What the surface points in contact tell: x, y, depth, s, extent and pressure, in their order along the surface."""
+    """Data of the surface points in contact: x, y, depth, s, extent and pressure, in their order along the surface."""
     contacts = points.around.contacts
     if not contacts:
         raise ResultError(f"{points.path}: step {points.step} has no contacts")
@@ -50,7 +50,7 @@ def table_of(points: Points, body: int | None, top: float | None) -> Curves:
     if body is not None:
         chosen &= contacts["body"] == body
     if not chosen.any():
-        raise ResultError(f"{points.path}: nothing is pressed in step {points.step}")
+        raise ResultError(f"{points.path}: no contact pressure in step {points.step}")
     x, y = contacts["position"][chosen, :2].T
     extent, order = contacts["extent"][chosen], chain(np.stack([x, y], axis=1))
     end = 0.5 * extent * np.abs(contacts["normal"][chosen, 0])
@@ -67,8 +67,8 @@ def number_of(folder: Path, name: str) -> int:
         names = [str(card.value("NAME")) for card in read_deck(path).all("RIGID BODY")]
         if name in names:
             return names.index(name) + 1
-        raise Trouble(f"no rigid body '{name}'; there are {', '.join(names)}")
-    raise ResultError(f"{folder}: no echoed deck, which names the bodies")
+        raise Trouble(f"unknown rigid body '{name}'; known are {', '.join(names)}")
+    raise ResultError(f"{folder}: no echoed deck with the names of the bodies")
 
 
 def theory_of(reference: str, table: Curves, along: str) -> Array:
@@ -79,7 +79,7 @@ def theory_of(reference: str, table: Curves, along: str) -> Array:
 
 
 def draw(table: Curves, along: str, theory: Array | None, names: tuple[str, str], words: argparse.Namespace, caption: str) -> Path:
-    """Each point over its length as a step, the theory as a line; depth points down."""
+    """Pressure of each point as a step over its length, the theory as a line; depth is positive downwards."""
     figure, axes = plt.subplots(figsize=(5.2, 5.6) if along in ("depth", "y") else (6.4, 4.4), layout="constrained")
     place, pressure = table.column(along), table.column("pressure")
     upright = along in ("depth", "y")
@@ -106,13 +106,13 @@ def draw(table: Curves, along: str, theory: Array | None, names: tuple[str, str]
 
 
 def act(words: argparse.Namespace) -> int:
-    """Read, compare, print, draw."""
+    """Read, compare, print, plot."""
     if words.out.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise Trouble(f"{words.out}: a picture is a .png, .svg or .pdf file")
+        raise Trouble(f"{words.out}: a figure must be a .png, .svg or .pdf file")
     folder = folder_of(words.result)
     points = read_points(words.result, chosen_steps(words)[0])
     if not is_flat([points]):
-        raise Trouble(f"{words.result}: diagrams are of plane runs")
+        raise Trouble(f"{words.result}: pressure diagrams require a plane run")
     body = None if words.body is None else number_of(folder, words.body)
     table = table_of(points, body, words.top)
     theory = theory_of(words.against, table, words.along) if words.against else None
@@ -120,7 +120,7 @@ def act(words: argparse.Namespace) -> int:
     extent, pressure = table.column("extent"), table.column("pressure")
     force = stress.removesuffix("2")
     print(f"rows       {len(table)} in contact, {extent.sum():.4g} {length} long")
-    print(f"push       {extent @ pressure:.6g} {force}, largest pressure {pressure.max():.4g} {stress}")
+    print(f"force      {extent @ pressure:.6g} {force}, largest pressure {pressure.max():.4g} {stress}")
     if theory is not None:
         known = np.isfinite(theory)
         gap = np.abs(pressure - theory)[known]

@@ -1,4 +1,4 @@
-"""How far a batch of runs is: one bar on a terminal, plain lines elsewhere."""
+"""Progress of a batch of runs: a bar on a terminal, plain lines otherwise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ WIDTH = 24
 
 
 class Progress:
-    """Counts runs as they end; runs side by side may tell at once."""
+    """Counts finished runs; parallel runs may report at the same time."""
 
     def __init__(self, total: int, stream: TextIO | None = None) -> None:
         self.total = total
@@ -23,7 +23,7 @@ class Progress:
         self._lock = Lock()
 
     def left(self) -> str:
-        """Time that is left if the rest takes as long a run as those that were really run."""
+        """Remaining time if the remaining runs take as long as those that were actually run."""
         run = self.done - self.reused
         if not run or self.done == self.total:
             return ""
@@ -31,11 +31,11 @@ class Progress:
         return f", about {seconds / 60:.0f} min left" if seconds > 90 else f", about {seconds:.0f} s left"
 
     def tell(self, name: str, seconds: float, reused: bool = False) -> None:
-        """A run has ended, or was there already."""
+        """Report a run that has ended or was already available."""
         with self._lock:
             self.done += 1
             self.reused += reused
-            what = "there already" if reused else f"{seconds:.1f} s"
+            what = "already available" if reused else f"{seconds:.1f} s"
             if not self.terminal:
                 print(f"[{self.done}/{self.total}] {name}: {what}", file=self.stream, flush=True)
                 return

@@ -1,4 +1,4 @@
-"""Reductions of scenes: what verification/studies/scene/*.toml says, and what running both models gives.
+"""Reductions of scenes: the format of verification/studies/scene/*.toml, and the results of both models.
 
 [[reduction]]
 name = "plane_strain"         of its runs
@@ -6,11 +6,11 @@ title = "..."                 of its bars
 scene = "..."                 one line
 deck = "..."                  from the top of the tree
 effort = "quick"              small, quick or long
-both = [["old", "new"]]       in the deck of both models
-whole = [["old", "new"]]      in that of the whole scene, after those
-reduced = [["old", "new"]]    in that of the reduced one
-column = "u"                  the figure that may change, a column of curves.csv
-what = "..."                  what that is
+both = [["old", "new"]]       in the decks of both models
+whole = [["old", "new"]]      in the deck of the full scene, after those of both
+reduced = [["old", "new"]]    in the deck of the reduced model
+column = "u"                  the result that may change, a column of curves.csv
+what = "..."                  description of this result
 note = "..."
 time_limit = 300
 """
@@ -37,7 +37,7 @@ KEYS = {*TEXTS, "effort", "both", "whole", "reduced", "time_limit"}
 
 @dataclass(frozen=True)
 class Reduction:
-    """A scene as a whole and reduced, and the figure that is compared."""
+    """A full scene, its reduced model and the compared result."""
 
     name: str
     title: str
@@ -51,7 +51,7 @@ class Reduction:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a model takes: CPU seconds, memory in MiB, equations, points."""
+    """Cost of a model: CPU seconds, memory in MiB, equations, points."""
 
     seconds: float
     memory: float
@@ -61,7 +61,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Saving:
-    """Both models of a reduction and the largest change of the figure, as a share of its largest value."""
+    """Both models of a reduction and the largest change of the result, relative to its largest value."""
 
     reduction: Reduction
     whole: Cost
@@ -74,28 +74,28 @@ def _reduction(table: dict[str, Any], top: Path, where: str) -> Reduction:
     check_keys(table, KEYS, where)
     for key in TEXTS:
         if not isinstance(table.get(key), str) or not table[key]:
-            raise CaseError(f"{where}: a reduction has a {key}")
+            raise CaseError(f"{where}: a reduction requires the key {key}")
     where = f"{where}, '{table['name']}'"
     effort = table.get("effort", "quick")
     if effort not in EFFORTS:
-        raise CaseError(f"{where}: effort is one of {', '.join(EFFORTS)}")
+        raise CaseError(f"{where}: effort must be one of {', '.join(EFFORTS)}")
 
     def case(model: str) -> Case:
         pairs = [*table.get("both", []), *table.get(model, [])]
         if not all(isinstance(p, list) and len(p) == 2 and all(isinstance(t, str) for t in p) for p in pairs):
-            raise CaseError(f"{where}: replacements are pairs of texts")
+            raise CaseError(f"{where}: replacements must be pairs of texts")
         return Case(f"{table['name']}/{model}", table["title"], top / table["deck"], (), effort,
                     time_limit=float(table.get("time_limit", 300.0)), replace=tuple((a, b) for a, b in pairs))
 
     whole, reduced = case("whole"), case("reduced")
     if whole.replace == reduced.replace:
-        raise CaseError(f"{where}: both models are the same deck")
+        raise CaseError(f"{where}: both models have the same deck")
     words = {key: table[key] for key in ("name", "title", "scene", "column", "what", "note")}
     return Reduction(**words, whole=whole, reduced=reduced)
 
 
 def load_reductions(folder: Path, top: Path, names: list[str], efforts: tuple[str, ...]) -> list[Reduction]:
-    """The reductions asked for, of the efforts given."""
+    """The requested reductions of the given efforts."""
     found: dict[str, Reduction] = {}
     for path in sorted(folder.glob("*.toml")):
         try:
@@ -106,18 +106,18 @@ def load_reductions(folder: Path, top: Path, names: list[str], efforts: tuple[st
         for table in tables.get("reduction", []):
             reduction = _reduction(table, top, str(path))
             if reduction.name in found:
-                raise CaseError(f"{path}: two reductions are called {reduction.name}")
+                raise CaseError(f"{path}: two reductions have the name {reduction.name}")
             found[reduction.name] = reduction
     if not found:
-        raise CaseError(f"{folder}: no reduction there")
+        raise CaseError(f"{folder}: no reductions found")
     unknown = [name for name in names if name not in found]
     if unknown:
-        raise CaseError(f"no reduction '{unknown[0]}'; there are {', '.join(found)}")
+        raise CaseError(f"unknown reduction '{unknown[0]}'; known are {', '.join(found)}")
     return [found[n] for n in names] if names else [r for r in found.values() if r.whole.effort in efforts]
 
 
 def cost_of(run: Run) -> Cost:
-    """What a run took, out of its profile."""
+    """Cost of a run from its profile."""
     path = run.directory / "profile.json"
     try:
         figures = json.loads(path.read_text(encoding="utf-8"))
@@ -128,8 +128,8 @@ def cost_of(run: Run) -> Cost:
 
 
 def largest_change(whole: Curves, reduced: Curves, column: str) -> float:
-    """Largest difference over all steps, a share of the largest value of the whole scene; linear between steps where
-    the two models hold other ones."""
+    """Largest difference over all steps, relative to the largest value of the full scene; interpolated linearly where
+    the steps of the two models differ."""
     gap = 0.0
     for phase in np.unique(whole.column("phase")):
         rows, others = (curves.rows_of_phase(int(phase)) for curves in (whole, reduced))
@@ -140,12 +140,12 @@ def largest_change(whole: Curves, reduced: Curves, column: str) -> float:
         gap = max(gap, float(np.abs(theirs - whole.column(column)[rows]).max()))
     size = float(np.abs(whole.column(column)).max())
     if size == 0:
-        raise ResultError(f"{whole.path}: {column} does not move")
+        raise ResultError(f"{whole.path}: {column} is zero throughout")
     return gap / size
 
 
 def _run(case: Case, program: Path, root: Path, repeat: int, fresh: bool, tell: Callable[[Run], None]) -> tuple[Run, Cost]:
-    """A model; of repeated runs the one of least CPU time counts."""
+    """Run a model; of repeated runs the one with the least CPU time counts."""
     taken: list[tuple[Run, Cost]] = []
     for count in range(repeat):
         named = case if count == 0 else replace(case, name=f"{case.name}@{count + 1}")

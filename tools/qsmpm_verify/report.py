@@ -1,4 +1,4 @@
-"""Tables for people, JSON for programs, and the closing line."""
+"""Tables as text and as pages, JSON output, and the closing line."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ WORDS = {True: "held", False: "MISSED", None: "printed"}
 
 
 def word_of(verdict: Verdict) -> str:
-    """The verdict in a word."""
+    """The verdict as a word."""
     return "expected" if verdict.expected else WORDS[verdict.held]
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns under headings; the first is set to the left, the others to the right."""
+    """Columns under headings; the first is left-aligned, the others are right-aligned."""
     cells = [list(header), *(list(row) for row in rows)]
     widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
     lines = [
@@ -35,7 +35,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> str:
-    """The figures of the cases, a line each; notes follow."""
+    """The results of the cases, one line each, followed by notes."""
     rows = [
         [
             v.case,
@@ -55,7 +55,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> str:
 
 
 def counts(verdicts: Sequence[Verdict]) -> tuple[int, int]:
-    """How many figures held, or miss as they are expected to, and how many did not; printed ones count in neither."""
+    """Number of results that passed (or miss as expected) and that failed; printed results count as neither."""
     return sum(v.held is True for v in verdicts), sum(v.held is False for v in verdicts)
 
 
@@ -66,7 +66,7 @@ def closing_line(verdicts: Sequence[Verdict]) -> str:
 
 
 def write_json(verdicts: Sequence[Verdict], path: Path) -> None:
-    """The figures as a list of objects; what is no finite number is null."""
+    """The results as a list of objects; values that are not finite numbers are null."""
 
     def clean(value: object) -> object:
         return None if isinstance(value, float) and not math.isfinite(value) else value
@@ -77,8 +77,8 @@ def write_json(verdicts: Sequence[Verdict], path: Path) -> None:
 
 
 def write_markdown(verdicts: Sequence[Verdict], command: str, path: Path, pictures: Sequence[Path] = ()) -> None:
-    """The figures as a page; the command that made it stands at its head, pictures beside the page at its end."""
-    lines = ["# Verification figures", "", f"Written by `{command}`; do not edit. CPU seconds are of the machine it ran on.", "",
+    """The results as a page; the command that wrote it is at its head, figures beside the page are at its end."""
+    lines = ["# Verification figures", "", f"Written by `{command}`; do not edit. CPU seconds are those of the machine used.", "",
              "| case | quantity | value | reference | error | tolerance | verdict | CPU s |", "|---|---|---|---|---|---|---|---|"]  # fmt: skip
     for v in verdicts:
         error = "-" if v.error is None else f"{v.error:.2e}"

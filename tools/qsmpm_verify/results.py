@@ -1,4 +1,4 @@
-"""What a run wrote: the curves and the material points."""
+"""Output of a run: the curves and the material points."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Array = np.ndarray
 
 
 class ResultError(Trouble):
-    """A result file is missing or is not what it should be."""
+    """A result file is missing or invalid."""
 
 
 @dataclass(frozen=True)
 class Curves:
-    """Columns of curves.csv, one value an accepted step. Columns that are no numbers stay text."""
+    """Columns of curves.csv, one value for each accepted step. Columns that are not numbers remain text."""
 
     path: Path
     columns: dict[str, Array]
@@ -35,20 +35,20 @@ class Curves:
         return max((len(values) for values in self.columns.values()), default=0)
 
     def column(self, name: str) -> Array:
-        """A column of numbers; an unknown name tells the known ones."""
+        """A column of numbers; for an unknown name the known ones are listed."""
         if name not in self.columns:
             known = ", ".join(self.columns)
-            raise ResultError(f"{self.path}: no column of numbers '{name}'; there are {known}")
+            raise ResultError(f"{self.path}: no column of numbers '{name}'; available are {known}")
         return self.columns[name]
 
     def rows_of_phase(self, phase: int | str) -> Array:
-        """Indices of the rows of a phase, given by number (1 is the first) or by name."""
+        """Indices of the rows of a phase, given by number (the first is 1) or by name."""
         if "phase" in self.text:
             labels = self.text["phase"]
             names = list(dict.fromkeys(labels))
             if isinstance(phase, int):
                 if not 1 <= phase <= len(names):
-                    raise ResultError(f"{self.path}: no phase {phase}; there are {', '.join(names)}")
+                    raise ResultError(f"{self.path}: no phase {phase}; available are {', '.join(names)}")
                 phase = names[phase - 1]
             rows = [i for i, label in enumerate(labels) if label == phase]
         else:
@@ -60,13 +60,13 @@ class Curves:
 
 
 def split_header(cell: str) -> tuple[str, str]:
-    """Name and unit of a header cell `name [unit]`; the unit is empty when there is none."""
+    """Name and unit of a header cell `name [unit]`; the unit is empty if there is none."""
     name, bracket, unit = cell.strip().partition("[")
     return name.strip(), unit.rstrip("] ").strip() if bracket else ""
 
 
 def read_curves(path: Path) -> Curves:
-    """Read curves.csv; a row of another length than the header, or no row, is an error."""
+    """Read curves.csv; a row with another length than the header, or no row, is an error."""
     if path.is_dir():
         path = path / "curves.csv"
     try:
@@ -92,7 +92,7 @@ def read_curves(path: Path) -> Curves:
 
 
 def read_cpu_seconds(folder: Path) -> float:
-    """CPU seconds of a run and of those it continued, as timing.json tells them."""
+    """CPU seconds of a run and of those it continued, from timing.json."""
     path = folder / "timing.json"
     try:
         return float(json.loads(path.read_text(encoding="utf-8"))["cpu_seconds"])
@@ -101,7 +101,7 @@ def read_cpu_seconds(folder: Path) -> float:
 
 
 def how_it_ended(folder: Path) -> str | None:
-    """Empty when the run of a folder came to its end, else what its log says last; None without a log."""
+    """Empty if the run of a folder finished, else the last message of its log; None without a log."""
     path = folder / "job.log"
     if not path.exists():
         return None
@@ -116,7 +116,7 @@ def how_it_ended(folder: Path) -> str | None:
 
 @dataclass(frozen=True)
 class Points:
-    """Material points of one written step, one row a point."""
+    """Material points of one written step, one row for each point."""
 
     path: Path
     step: int
@@ -124,39 +124,39 @@ class Points:
     load_factor: float
     fields: dict[str, Array]
     nodes: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    """Coordinates of the mesh as it was at the start of the run, one row a node."""
+    """Coordinates of the mesh at the start of the run, one row for each node."""
     around: Surroundings = NOTHING
 
     def field(self, name: str) -> Array:
-        """A field; an unknown name tells the known ones."""
+        """A field; for an unknown name the known ones are listed."""
         if name not in self.fields:
-            raise ResultError(f"{self.path}: no field '{name}'; there are {', '.join(self.fields)}")
+            raise ResultError(f"{self.path}: no field '{name}'; available are {', '.join(self.fields)}")
         return self.fields[name]
 
 
 def _rows_first(values: Array, count: int) -> Array:
-    """A dataset with one row a point, whichever way round it was written."""
+    """A dataset with one row for each point, for either storage order."""
     if values.shape[0] != count and values.ndim == 2 and values.shape[1] == count:
         return values.T
     return values
 
 
 def state_file(path: Path) -> Path:
-    """results.h5 of a run's folder, or the file itself; it must be there."""
+    """results.h5 of a run folder, or the file itself; it must exist."""
     path = path / "results.h5" if path.is_dir() else path
     if not path.is_file():
-        raise ResultError(f"{path} is not there")
+        raise ResultError(f"{path} not found")
     return path
 
 
 def written_steps(path: Path) -> list[int]:
-    """Numbers of the steps whose points are in results.h5, growing."""
+    """Numbers of the steps whose points are in results.h5, in ascending order."""
     path = state_file(path)
     try:
         with h5py.File(path, "r") as file:
             return sorted(int(name) for name in file.get("steps", {}))
     except OSError as error:
-        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
+        raise ResultError(f"{path}: truncated, or not the states of a run ({error})") from error
 
 
 @dataclass(frozen=True)
@@ -177,49 +177,49 @@ def read_mesh(path: Path) -> Mesh:
             nodes, ends = mesh["coordinates"][...], mesh["cell_offsets"][...]
             labels, types = mesh["cell_nodes"][...], mesh["cell_types"][...]
     except (OSError, KeyError) as error:
-        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
+        raise ResultError(f"{path}: truncated, or not the states of a run ({error})") from error
     return Mesh(nodes, np.split(labels, ends[1:-1]), types)
 
 
 def phase_of_steps(path: Path) -> dict[int, int]:
-    """Number of the phase of every step whose points are in results.h5."""
+    """Phase number of every step whose points are in results.h5."""
     path = state_file(path)
     try:
         with h5py.File(path, "r") as file:
             return {int(name): int(np.ravel(group.attrs["phase"])[0]) for name, group in sorted(file.get("steps", {}).items())}
     except (OSError, KeyError) as error:
-        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
+        raise ResultError(f"{path}: truncated, or not the states of a run ({error})") from error
 
 
 def written_mechanisms(path: Path) -> list[int]:
-    """Numbers of the phases whose way to fail is in results.h5, growing."""
+    """Numbers of the phases whose failure mechanism is in results.h5, in ascending order."""
     path = state_file(path)
     try:
         with h5py.File(path, "r") as file:
             return sorted(int(name) for name in file.get("mechanisms", {}))
     except OSError as error:
-        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
+        raise ResultError(f"{path}: truncated, or not the states of a run ({error})") from error
 
 
 def read_points(path: Path, step: int | None = None) -> Points:
-    """Read the points of a step from results.h5; without a number those of the last step written."""
+    """Read the points of a step from results.h5; default the last step written."""
     return _read_group(path, "steps", "step", step)
 
 
 def read_mechanism(path: Path, phase: int | None = None) -> Points:
-    """Read the way the body fails in a safety phase; without a number that of the last one."""
+    """Read the failure mechanism of a safety phase; default the last one."""
     return _read_group(path, "mechanisms", "mechanism of phase", phase)
 
 
 def _read_group(path: Path, folder: str, what: str, number: int | None) -> Points:
-    """Read the points of the group of a number, or of the last one."""
+    """Read the points of the group with a number, or of the last group."""
     path = state_file(path)
     try:
         with h5py.File(path, "r") as file:
             names = sorted(file.get(folder, {}))
             wanted = names[-1:] if number is None else [n for n in names if int(n) == number]
             if not wanted:
-                raise ResultError(f"{path}: {what}{'' if number is None else f' {number}'} is not there; {len(names)} are")
+                raise ResultError(f"{path}: {what}{'' if number is None else f' {number}'} not found; {len(names)} available")
             group = file[f"{folder}/{wanted[0]}"]
             points = group["points"]
             count = points["volume"].shape[0]
@@ -227,7 +227,7 @@ def _read_group(path: Path, folder: str, what: str, number: int | None) -> Point
             nodes, around = file["mesh/coordinates"][...], read_surroundings(group)
             attributes = {name: np.ravel(value)[0] for name, value in group.attrs.items()}
     except (OSError, KeyError) as error:
-        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
+        raise ResultError(f"{path}: truncated, or not the states of a run ({error})") from error
     return Points(
         path,
         int(attributes.get("step", int(wanted[0]))),

@@ -1,4 +1,4 @@
-"""Run the program on the decks of cases, several at a time, each in a folder of its own."""
+"""Run the program on the decks of cases, several in parallel, each in its own folder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from qsmpm_verify.cpu_limit import run_limited
 
 @dataclass(frozen=True)
 class Run:
-    """A run that has ended."""
+    """A finished run."""
 
     case: Case
     directory: Path
@@ -31,7 +31,7 @@ class Run:
 def deck_text(case: Case) -> str:
     """The deck with the replacements of the case.
 
-    A replacement that hits nothing is an error: the deck has changed and the case has not.
+    A replacement without a match is an error: the deck has changed but not the case.
     """
     text = case.deck.read_text(encoding="utf-8")
     for old, new in case.replace:
@@ -44,8 +44,8 @@ def deck_text(case: Case) -> str:
 def write_deck(case: Case, directory: Path) -> Path:
     """Copy the deck into the folder with the replacements of the case.
 
-    The copy stands elsewhere, so relative names behind INPUT= and FILE= keep pointing into the
-    folder of the original: what lies beside the original is linked beside the copy.
+    The copy is in another folder. So that relative names after INPUT= and FILE= remain valid, the files
+    beside the original are linked beside the copy.
     """
     text = deck_text(case)
     for neighbour in case.deck.parent.iterdir():
@@ -60,9 +60,9 @@ def write_deck(case: Case, directory: Path) -> Path:
 def run_case(
     case: Case, program: Path, root: Path, threads: int = 1, fresh: bool = False, options: tuple[str, ...] = ()
 ) -> Run:
-    """Run one case under root/NAME, or take the run that is there when nothing has changed since.
+    """Run one case under root/NAME, or reuse the available run if nothing has changed.
 
-    A crash, a missing deck or a run out of time is reported, not raised.
+    A crash, a missing deck or an exceeded time limit is reported, not raised.
     """
     directory = root / case.name
     results = directory / "results"
@@ -90,7 +90,7 @@ def run_case(
 
 
 def _command(case: Case, program: Path, deck: Path, results: Path, threads: int) -> list[str]:
-    """What is called: the program, or a script of the tree that calls the library beside it."""
+    """The command: the program, or a script of the tree that calls the library beside it."""
     if case.command == "python":
         return [sys.executable, str(case.deck), str(program), "--out", str(results)]
     words = ["--tangent"] if case.command == "point" else ["--threads", str(threads)]
@@ -98,7 +98,7 @@ def _command(case: Case, program: Path, deck: Path, results: Path, threads: int)
 
 
 def _execute(command: list[str], terminal: Path, time_limit: float, threads: int) -> tuple[int | None, str]:
-    """Exit code of a command with its output in a file; none and the reason when it did not end by itself."""
+    """Exit code of a command whose output goes to a file; None and the reason if it did not end by itself."""
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
     with terminal.open("wb") as output:
         try:
@@ -109,7 +109,7 @@ def _execute(command: list[str], terminal: Path, time_limit: float, threads: int
 
 
 def last_line(path: Path) -> str:
-    """The last line of a terminal's output that says something."""
+    """The last line of terminal output that is not empty."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
@@ -117,9 +117,9 @@ def last_line(path: Path) -> str:
 def run_all(
     cases: list[Case], program: Path, root: Path, jobs: int, tell: Callable[[Run], None], fresh: bool = False
 ) -> dict[str, Run]:
-    """Run the cases, `jobs` at a time, those of the largest limit of time first; `tell` hears of each one as it ends.
+    """Run the cases, `jobs` in parallel, those with the longest time limit first; `tell` is called as each one ends.
 
-    An interruption starts no further run; those that have ended are kept.
+    After an interruption no further run is started; finished runs are kept.
     """
 
     def one(case: Case) -> Run:

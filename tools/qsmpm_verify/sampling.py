@@ -25,7 +25,7 @@ Tell = Callable[[str, float, bool], None]
 def deck_sample(
     study: Study, label: str, entry: Entry, program: Path, root: Path, fresh: bool
 ) -> tuple[Sample, float, bool]:
-    """Run a deck and take its error; wall seconds and whether the run was there already."""
+    """Run a deck and evaluate its error; returns wall-clock seconds and whether the run was already available."""
     run = run_case(entry.case, program, root, fresh=fresh)
     failed = Sample(study.name, label, entry.size, math.nan, math.nan, entry.case.name)
     if run.exit_code not in entry.exit_codes:
@@ -35,7 +35,7 @@ def deck_sample(
     error = verdict.value if study.error.reference is None else verdict.error
     if verdict.note or error is None or not math.isfinite(error):
         return (
-            replace(failed, message=verdict.note.removeprefix(f"{run.directory / 'curves.csv'}: ") or "no figure"),
+            replace(failed, message=verdict.note.removeprefix(f"{run.directory / 'curves.csv'}: ") or "no result"),
             run.wall_seconds,
             run.reused,
         )
@@ -44,19 +44,19 @@ def deck_sample(
 
 
 def measured(study: Study, empty: Sample, error: float, seconds: float) -> Sample:
-    """A sample with its figures; errors below the floor of the study are taken for it."""
+    """A sample with its values; errors below the floor of the study are set to it."""
     return replace(empty, error=max(error, study.floor), seconds=seconds, at_floor=error <= study.floor)
 
 
 def command_sample(
     study: Study, label: str, entry: Entry, program: Path, root: Path, fresh: bool
 ) -> tuple[Sample, float, bool]:
-    """Run another program of the build; what its last line tells is kept as deck runs are."""
+    """Run another program of the build; the values of its last line are kept in the same way as deck runs."""
     tool = program.parent / entry.command[0]
     folder = root / entry.case.name
     failed = Sample(study.name, label, entry.size, math.nan, math.nan, entry.case.name)
     if not tool.is_file():
-        return replace(failed, message=f"{tool} is not there"), 0.0, False
+        return replace(failed, message=f"{tool} not found"), 0.0, False
     key = hashlib.sha256(" ".join([program_hash(tool), *entry.command]).encode()).hexdigest()
     record = folder / "line.json"
     content = None if fresh else kept(record, key)
@@ -81,7 +81,7 @@ def command_sample(
 def sample_study(
     study: Study, efforts: tuple[str, ...], program: Path, root: Path, jobs: int, repeats: int, fresh: bool, tell: Tell
 ) -> list[Sample]:
-    """All runs of the efforts asked for, in the order of the study; of repeated runs the cheapest counts."""
+    """All runs of the requested efforts, in the order of the study; of repeated runs the fastest counts."""
     waiting = [(m.label, e) for m in study.methods for e in m.entries if e.case.effort in efforts]
 
     def one(label: str, entry: Entry) -> Sample:
@@ -106,5 +106,5 @@ def sample_study(
 
 
 def count_runs(study: Study, efforts: tuple[str, ...]) -> int:
-    """How many runs the efforts ask for."""
+    """Number of runs of the requested efforts."""
     return sum(e.case.effort in efforts for m in study.methods for e in m.entries)

@@ -1,4 +1,4 @@
-"""`scene`: what a smaller model of a scene saves and what it changes; chart, CSV and the table of docs/scene.md."""
+"""`scene`: savings and change of the result with a smaller model of a scene; chart, CSV file and the table of docs/scene.md."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ HEADER = ["reduction", "scene", "CPU s", "MiB", "equations", "points", "change o
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("scene", help="what a smaller model of a scene saves and what it changes")
-    verb.add_argument("names", nargs="*", help="reductions; all when none is given")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("scene", help="savings and change of the result with a smaller model of a scene")
+    verb.add_argument("names", nargs="*", help="reductions; default all")
     add_running_words(verb, "scene")
-    verb.add_argument("--repeat", type=int, default=1, help="run each this often; the least CPU time counts")
+    verb.add_argument("--repeat", type=int, default=1, help="number of runs of each model; the least CPU time counts")
     verb.add_argument("--charts", type=Path, default=BUILD / "charts", help="folder of scene.svg and scene.csv")
-    verb.add_argument("--page", type=Path, help="write table and chart into a page, as docs/scene.md is")
+    verb.add_argument("--page", type=Path, help="write table and chart into a page in the format of docs/scene.md")
     verb.set_defaults(act=act)
 
 
@@ -41,9 +41,9 @@ def take_savings(words: argparse.Namespace) -> list[Saving]:
     reductions = load_reductions(SCENES, TOP, words.names, efforts)
     program = checked_program(words)
     if words.repeat < 1:
-        raise Trouble("--repeat is a number from 1")
+        raise Trouble("--repeat must be at least 1")
     if not reductions:
-        raise Trouble(f"no reduction of effort {words.effort}; --effort quick has all but the long ones")
+        raise Trouble(f"no reduction of effort {words.effort}; --effort quick includes all except the long ones")
     progress = Progress(2 * len(reductions) * words.repeat)
     with ThreadPoolExecutor(max_workers=words.jobs) as pool:
         waiting = [
@@ -59,17 +59,17 @@ def take_savings(words: argparse.Namespace) -> list[Saving]:
 
 
 def pair(whole: float, reduced: float, form: str) -> str:
-    """`12 -> 3`: of the whole scene and of the reduced one, and how many times less that is."""
+    """`12 -> 3`: value of the full scene and of the reduced model, and their ratio."""
     return f"{whole:{form}} -> {reduced:{form}} ({whole / reduced:.1f}x)"
 
 
 def change_text(saving: Saving) -> str:
-    """The change of the result; 0 where not one digit differs."""
+    """The change of the result; 0 if all digits agree."""
     return f"{saving.change:.1e}" if saving.change else "0"
 
 
 def row(saving: Saving) -> list[str]:
-    """Cells of a table."""
+    """Cells of a table row."""
     whole, reduced = saving.whole, saving.reduced
     return [
         saving.reduction.title, saving.reduction.scene, pair(whole.seconds, reduced.seconds, ".2g"),
@@ -79,12 +79,12 @@ def row(saving: Saving) -> list[str]:
 
 
 def value(cost: Cost, part: str) -> float:
-    """One of the figures that are drawn."""
+    """One of the plotted quantities."""
     return float(getattr(cost, part))
 
 
 def draw_bars(axes: plt.Axes, savings: Sequence[Saving], part: str) -> None:
-    """Bars of the whole scene and of the reduced one, with their figures."""
+    """Bars of the full scene and of the reduced model, with their values."""
     for shift, model, colour in ((-0.2, "whole", "0.65"), (0.2, "reduced", "tab:green")):
         values = [value(getattr(s, model), part) for s in savings]
         places = [i + shift for i in range(len(savings))]
@@ -99,7 +99,7 @@ def draw_bars(axes: plt.Axes, savings: Sequence[Saving], part: str) -> None:
 
 
 def draw(savings: Sequence[Saving], path: Path) -> Path:
-    """CPU seconds, memory and equations side by side, what the result changes at the right."""
+    """CPU seconds, memory and equations side by side, the change of the result at the right."""
     figure, every = plt.subplots(1, 3, figsize=(11.0, 0.62 * len(savings) + 1.5), sharey=True)
     for axes, (name, part) in zip(every, PARTS):
         draw_bars(axes, savings, part)
@@ -116,7 +116,7 @@ def draw(savings: Sequence[Saving], path: Path) -> Path:
 
 
 def write_csv(savings: Sequence[Saving], path: Path) -> None:
-    """A row a model."""
+    """One row for each model."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
@@ -130,17 +130,17 @@ def write_csv(savings: Sequence[Saving], path: Path) -> None:
 
 
 def page_lines(savings: Sequence[Saving], command: str, picture: str) -> list[str]:
-    """The part of a page."""
+    """The generated part of a page."""
     notes = [f"- {s.reduction.title}: {s.reduction.note}" for s in savings]
     return [
-        f"Written by `{command}`. Whole scene -> reduced one; CPU seconds of the whole process on a shared machine; the change is "
-        "the largest over all steps, a share of the largest value.",
-        "", f"![What a smaller model saves]({picture})", "", *markdown_table(HEADER, [row(s) for s in savings]), "", *notes,
+        f"Written by `{command}`. Full scene -> reduced model; CPU seconds of the whole process on a shared machine; the change is "
+        "the largest over all steps, relative to the largest value.",
+        "", f"![Savings with a smaller model]({picture})", "", *markdown_table(HEADER, [row(s) for s in savings]), "", *notes,
     ]  # fmt: skip
 
 
 def act(words: argparse.Namespace) -> int:
-    """Run, draw, tell."""
+    """Run, draw, report."""
     command = shlex.join(["tools/qsmpm-verify", "scene", *words.names, "--effort", words.effort])
     if words.repeat > 1:
         command += f" --repeat {words.repeat}"

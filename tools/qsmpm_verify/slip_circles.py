@@ -1,8 +1,8 @@
-"""Factor of safety of a layered section by Bishop's simplified method: soils in polygons, a water line, loads on the ground; a search over circles.
+"""Factor of safety of a layered section by Bishop's simplified method: soil polygons, a water line, loads on the ground; search over circles.
 
 F = sum((c b + (W - u b) tan phi) / (cos a + sin a tan phi / F)) R / M, with M the moment about the centre of the weight W of soil, water above the ground
-and loads, and of the push of that water on slopes (Bishop 1955). Circles cut the ground at two places and have a width of arc; those that leave the
-section, cut its floor, hang over, or have a share cos a + sin a tan phi / F below 0.2 are none.
+and loads, and of the thrust of that water on slopes (Bishop 1955). Circles intersect the ground at two points and have a width of arc; those that leave the
+section, intersect its base, overhang, or have cos a + sin a tan phi / F below 0.2 are not admissible.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from shapely.geometry import LineString, Polygon
 from qsmpm_verify.results import Array
 
 Place = tuple[float, float, float]
-"""Two x where a circle cuts the ground, half the angle of its arc."""
+"""Two x where a circle intersects the ground, half the angle of its arc."""
 NEVER = 1.0e9
 SHARE = 0.2
-"""Below it a slice holds more than its ground does (Whitman and Bailey 1967)."""
+"""Below it a slice resists more than its soil (Whitman and Bailey 1967)."""
 
 DRIVING = 0.01
-"""Moment over weight and radius below which columns are too wide to tell it from none."""
+"""Moment divided by weight and radius that is too small to be distinguished from zero with the columns used."""
 
 
 @dataclass(frozen=True)
 class Ground:
-    """A soil where it lies: outline, unit weights above and below the water, c, phi in degrees."""
+    """A soil: outline, unit weights above and below the water, c, phi in degrees."""
 
     outline: tuple[tuple[float, float], ...]
     weight: float
@@ -41,7 +41,7 @@ class Ground:
 
 @dataclass(frozen=True)
 class Slope:
-    """Grounds; a water line that goes on level beyond its ends; loads (x1, x2, pressure down); weight of water."""
+    """Soils; a water line that is extended horizontally beyond its ends; loads (x1, x2, pressure downwards); unit weight of water."""
 
     grounds: Sequence[Ground]
     water: Sequence[tuple[float, float]] = ()
@@ -51,7 +51,7 @@ class Slope:
 
 @dataclass
 class Columns:
-    """The section in columns of one width: by ground and column the bottom and top of its soil, the same where it is not."""
+    """The section in columns of equal width: for each soil and column the bottom and top of the soil, equal where it is absent."""
 
     x: Array
     width: float
@@ -62,9 +62,9 @@ class Columns:
     water: Array
     load: Array
     push: Array
-    """Force to the right of the water above the ground on it."""
+    """Horizontal force to the right of the free water on each column."""
     numbers: Array
-    """Of each ground: unit weights above and below the water, c, tan phi."""
+    """For each soil: unit weights above and below the water, c, tan phi."""
 
 
 def columns_of(slope: Slope, count: int) -> Columns:
@@ -88,7 +88,7 @@ def columns_of(slope: Slope, count: int) -> Columns:
 
 
 def circle_through(cut: Columns, place: Place) -> tuple[float, float, float] | None:
-    """The circle that cuts the ground at two x, with half the angle of its arc."""
+    """The circle that intersects the ground at two x, with half the angle of its arc."""
     start, end, half = place
     if not (cut.x[0] < start < end < cut.x[-1] and 0.02 < half < 1.57 and end - start > 4.0 * cut.width):
         return None
@@ -99,7 +99,7 @@ def circle_through(cut: Columns, place: Place) -> tuple[float, float, float] | N
 
 
 def factor_of(cut: Columns, place: Place, water_weight: float) -> float:
-    """Factor of safety of the soil above the circle through two x of the ground, with half the angle of its arc; NEVER where it is none."""
+    """Factor of safety of the soil above the circle through two x of the ground, with half the angle of its arc; NEVER for an inadmissible circle."""
     circle = circle_through(cut, place)
     if circle is None:
         return NEVER
@@ -139,17 +139,17 @@ def factor_of(cut: Columns, place: Place, water_weight: float) -> float:
 
 
 def on_circle(slope: Slope, place: Place, count: int = 1200) -> tuple[float, tuple[float, float, float]]:
-    """Factor of safety on one circle by two x of the ground and half its angle, and its centre and radius."""
+    """Factor of safety for one circle given by two x of the ground and half its angle, and its centre and radius."""
     cut = columns_of(slope, count)
     circle = circle_through(cut, place)
     value = factor_of(cut, place, slope.water_weight)
     if circle is None or value >= NEVER:
-        raise ArithmeticError("this circle is none that soil slips on")
+        raise ArithmeticError("this circle is not an admissible slip circle")
     return value, circle
 
 
 def bishop(slope: Slope, count: int = 1200, grid: int = 36, angles: int = 10) -> tuple[float, Place]:
-    """Least factor and its circle: all circles of a grid on coarse columns, then a simplex search on fine ones from the best four that differ."""
+    """Lowest factor and its circle: all circles of a grid with coarse columns, then a simplex search with fine ones from the four best distinct circles."""
 
     def tried(cut: Columns, place: Place) -> float:
         return factor_of(cut, place, slope.water_weight)

@@ -1,6 +1,6 @@
 """Chart of laboratory tests on hardening soils against closed forms: `python3 -m qsmpm_verify.soil_paths DIR CHART`.
 
-DIR holds the results of `build/qsmpm point input/point_clay_*.inp input/point_sand_*.inp --out DIR`.
+DIR contains the results of `build/qsmpm point input/point_clay_*.inp input/point_sand_*.inp --out DIR`.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ CLAYS = {
 
 
 def read_path(folder: Path, test: str) -> Columns:
-    """Columns of a test, without their units."""
+    """Columns of a test, without units."""
     with (folder / test / "curves.csv").open(encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     return {key.split(" ")[0]: np.array([float(row[key]) for row in rows]) for key in rows[0]}
 
 
 def from_stage(path: Columns, first: int) -> Columns:
-    """The rows from the end of the stage before the first one on, strains counted from there."""
+    """The rows from the end of the stage before the first listed one, with strains relative to that state."""
     start = int(np.argmax(path["phase"] >= first)) - 1
     rows = {key: values[start:] for key, values in path.items()}
     rows["axial_strain"] = rows["axial_strain"] - rows["axial_strain"][0]

@@ -1,7 +1,7 @@
-"""Skins of bodies in space: the faces of a net of tetrahedra between neighbouring points that belong to one of them only.
+"""Surfaces of bodies in 3D: the faces of a tetrahedral mesh of neighbouring points that belong to one body only.
 
-The net is that of the points where they started; tetrahedra wider than the points are apart, and those that have been torn
-since, are no part of it. The skin is moved outwards by half a spacing, to where the body ends.
+The mesh is that of the initial positions; tetrahedra wider than the spacing of the points, and those that have been stretched
+apart since, are omitted. The surface is moved outwards by half a spacing, to the boundary of the body.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FACES = ((1, 2, 3, 0), (0, 3, 2, 1), (0, 1, 3, 2), (0, 2, 1, 3))
 
 @dataclass(frozen=True)
 class Skin:
-    """Places of its corners, the point each is at, its triangles, and the points that are inside of it or on it."""
+    """Positions of its corners, the point of each corner, its triangles, and the points inside or on the surface."""
 
     places: Array
     source: Array
@@ -57,7 +57,7 @@ def _radii(places: Array, tetrahedra: Array) -> Array:
 
 
 def _outwards(places: Array, faces: Array, half: Array) -> Array:
-    """The way from each corner to where all planes of its faces are when they are moved outwards by half a spacing."""
+    """Displacement of each corner to the intersection of the planes of its faces, moved outwards by half a spacing."""
     a, b, c = (places[faces[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
@@ -73,7 +73,7 @@ def _outwards(places: Array, faces: Array, half: Array) -> Array:
 
 
 def skin_of(start: Array, place: Array, members: Array) -> Skin | None:
-    """The skin of some of the points; none of fewer than five or flat ones."""
+    """The surface of some of the points; none for fewer than five points or a flat body."""
     origin, now = start[members], place[members]
     if len(members) < 5 or np.linalg.matrix_rank(origin - origin[0], tol=1e-9 * np.ptp(origin)) < 3:
         return None
@@ -97,6 +97,6 @@ def skin_of(start: Array, place: Array, members: Array) -> Skin | None:
 
 
 def skins_of(start: Array, place: Array, kinds: Array) -> list[Skin]:
-    """A skin for each kind of points."""
+    """A surface for each group of points."""
     found = (skin_of(start, place, np.flatnonzero(kinds == kind)) for kind in np.unique(kinds))
     return [skin for skin in found if skin is not None]

@@ -1,26 +1,26 @@
-"""Tests of the stability map: what verification/stability/*.toml says, checked strictly.
+"""Tests of the stability map: the format of verification/stability/*.toml, checked strictly.
 
-methods.toml lists the columns: a name and the words that tests put into their decks. Every other file is a row:
+methods.toml lists the columns: a name and the texts that tests insert into their decks. Every other file is a row:
 
     id = "S2"                     a letter and a number
-    title = "..."                 what is tried
-    asks = "..."                  what a method must do
+    title = "..."                 what is tested
+    asks = "..."                  what is required of a method
     deck = "input/NAME.inp"       from the top of the tree
     replace = [["old", "{method}"], ["PER ELEMENT=4", "PER ELEMENT={points}"]]
-    ends = [0]                    exit codes with which the test is answered; others are failures that say so
-    good = 1e-3                   up to here the figure passes,
-    fair = 5e-2                   up to here it is degraded, beyond it has failed
-    states = "largest"            the figure is an error of the stress, which runs estimate themselves: "mean" or
-                                  "largest". A run that fails says so only if it warns and states half of it or more
+    ends = [0]                    exit codes of a valid result; others are reported failures
+    good = 1e-3                   largest value that passes
+    fair = 5e-2                   largest value rated degraded; above it the test has failed
+    states = "largest"            the value is a stress error, which runs also estimate: "mean" or
+                                  "largest". A failure counts as reported only if the run warns and states at least half of it
     time_limit = 120
-    only = ["FEM"]                the methods it is for; skip = [...] those it is not for; skip_reason says why
+    only = ["FEM"]                applicable methods; skip = [...] methods that are not; skip_reason states why
 
-    [figure]                      a quantity as in a case (cases.py): the error where it has a reference, else the
-    name = "..."                  figure itself. Without a figure the exit code alone decides
+    [figure]                      a quantity as in a case (cases.py): the error if it has a reference, else the
+    name = "..."                  value itself. Without it only the exit code is assessed
 
-    [also.FEM]                    what is other for one method: deck, replace
-    command = ["conditioning"]    another program of the same build in place of a deck, read by
-    pattern = '(?P<figure>...)'   with the words of the method put in
+    [also.FEM]                    differences for one method: deck, replace
+    command = ["conditioning"]    another program of the same build instead of a deck, read by
+    pattern = '(?P<figure>...)'   with the texts of the method inserted
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ METHOD_KEYS = {"name", "method", "points", "basis", "integration"}
 
 @dataclass(frozen=True)
 class Trial:
-    """One field of the map: a deck of one method, or a line of another program."""
+    """One field of the map: a deck with one method, or a command of another program."""
 
     method: str
     case: Case
@@ -88,7 +88,7 @@ def load_methods(folder: Path) -> list[dict[str, Any]]:
 
 
 def _trial(table: dict[str, Any], words: dict[str, Any], stem: str, top: Path, where: str) -> Trial:
-    """A row's field for one method."""
+    """The field of a row for one method."""
     also = table.get("also", {}).get(words["name"], {})
     check_keys(also, {"deck", "replace"}, f"{where}, also.{words['name']}")
     own = {**table, **also}
@@ -118,23 +118,23 @@ def load_test(path: Path, methods: list[dict[str, Any]], top: Path) -> Test:
         if not table.get(key):
             raise CaseError(f"{where}: '{key}' is missing")
     if ("deck" in table) == ("command" in table) or ("command" in table) != ("pattern" in table):
-        raise CaseError(f"{where}: give a deck, or a command with a pattern")
+        raise CaseError(f"{where}: a deck, or a command with a pattern, is required")
     figure = None
     if "figure" in table:
         figure = printed_quantity(table["figure"], "", where, free="command" in table)
         if not isinstance(table.get("good"), (int, float)) or not isinstance(table.get("fair"), (int, float)):
-            raise CaseError(f"{where}: a figure needs good and fair")
+            raise CaseError(f"{where}: a figure requires good and fair")
         if table["good"] > table["fair"]:
-            raise CaseError(f"{where}: good is no larger than fair")
+            raise CaseError(f"{where}: good must not exceed fair")
     if table.get("states", "mean") not in ("mean", "largest") or ("states" in table and "figure" not in table):
-        raise CaseError(f"{where}: states is mean or largest, of a figure")
+        raise CaseError(f"{where}: states must be mean or largest and requires a figure")
     names = [method["name"] for method in methods]
     for name in (*table.get("only", []), *table.get("skip", []), *table.get("also", {})):
         if name not in names:
-            raise CaseError(f"{where}: no method '{name}'; there are {', '.join(names)}")
+            raise CaseError(f"{where}: unknown method '{name}'; known are {', '.join(names)}")
     wanted = [n for n in table.get("only", names) if n not in table.get("skip", [])]
     if len(wanted) < len(names) and not table.get("skip_reason"):
-        raise CaseError(f"{where}: skip_reason says why methods are left out")
+        raise CaseError(f"{where}: skip requires a skip_reason")
     trials = tuple(_trial(table, m, path.stem, top, where) for m in methods if m["name"] in wanted)
     return Test(
         table["id"], table["title"], table["asks"], tuple(table.get("ends", [0])), float(table.get("good", 0.0)),
@@ -144,15 +144,15 @@ def load_test(path: Path, methods: list[dict[str, Any]], top: Path) -> Test:
 
 
 def load_rows(folder: Path, top: Path, names: list[str]) -> tuple[list[str], list[Test]]:
-    """The columns of the map and the rows asked for, all when none is named, in the order of their numbers."""
+    """The columns of the map and the requested rows, default all, in the order of their numbers."""
     methods = load_methods(folder)
     paths = [path for path in sorted(folder.glob("*.toml")) if path.name != "methods.toml"]
     tests = [load_test(path, methods, top) for path in paths]
     known = [test.id for test in tests]
     if len(set(known)) != len(known):
-        raise CaseError(f"{folder}: two tests have one id")
+        raise CaseError(f"{folder}: two tests have the same id")
     for name in names:
         if name.upper() not in known:
-            raise CaseError(f"no test '{name}'; there are {', '.join(known)}")
+            raise CaseError(f"unknown test '{name}'; known are {', '.join(known)}")
     wanted = {name.upper() for name in names} or set(known)
     return [method["name"] for method in methods], [test for test in tests if test.id in wanted]

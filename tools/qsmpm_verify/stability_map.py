@@ -1,4 +1,4 @@
-"""`map`: the stability map, tests where methods fail in rows, methods in columns."""
+"""`map`: the stability map. Rows are tests in which methods fail, columns are methods."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ Matrix = dict[tuple[str, str], Field]
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("map", help="the stability map: tests where methods fail, and how each method comes out")
-    verb.add_argument("tests", nargs="*", help="rows, as S1; all when none is given")
-    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("map", help="the stability map: tests where methods fail, and the outcome for each method")
+    verb.add_argument("tests", nargs="*", help="rows, such as S1; default all")
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="program to run")
     verb.add_argument("--out", type=Path, default=BUILD / "stability", help="folder of the runs")
-    verb.add_argument("--charts", type=Path, default=BUILD / "charts", help="folder of the picture and the CSV file")
-    verb.add_argument("--markdown", type=Path, help="write the map as a page, as docs/data/stability.md is")
-    verb.add_argument("--jobs", type=int, default=1, help="runs side by side")
-    verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
-    verb.add_argument("--strict", action="store_true", help="exit code 1 when anything fails silently")
+    verb.add_argument("--charts", type=Path, default=BUILD / "charts", help="folder of the figure and the CSV file")
+    verb.add_argument("--markdown", type=Path, help="write the map as a page in the format of docs/data/stability.md")
+    verb.add_argument("--jobs", type=int, default=1, help="number of parallel runs")
+    verb.add_argument("--fresh", action="store_true", help="repeat runs that are already available")
+    verb.add_argument("--strict", action="store_true", help="exit code 1 if any field fails silently")
     verb.set_defaults(act=act)
 
 
 def fill_matrix(tests: Sequence[Test], words: argparse.Namespace) -> Matrix:
-    """Run every field."""
+    """Run all fields."""
     program = checked_program(words)
     commands = Commands(program)
     progress = Progress(sum(len(test.trials) for test in tests))
@@ -66,12 +66,12 @@ def fill_matrix(tests: Sequence[Test], words: argparse.Namespace) -> Matrix:
 
 
 def _number(value: float) -> str:
-    """A figure of the map."""
+    """A value of the map as text."""
     return f"{value:.1e}" if 0 < abs(value) < 1e-2 else f"{value:.3g}"
 
 
 def cell_text(field: Field | None) -> str:
-    """A field of the map: its sign, and its figure or how it ended."""
+    """A field of the map: its mark and its value, or how the run ended."""
     if field is None:
         return "-"
     if math.isfinite(field.figure):
@@ -79,7 +79,7 @@ def cell_text(field: Field | None) -> str:
         if field.outcome != PASS and math.isfinite(field.stated):
             figure += f" ({_number(field.stated)})"
         return SIGNS[field.outcome] + figure
-    ending = "no end" if field.exit_code is None else f"exit {field.exit_code}"
+    ending = "not finished" if field.exit_code is None else f"exit {field.exit_code}"
     return SIGNS[field.outcome] + ending
 
 
@@ -89,7 +89,7 @@ def matrix_rows(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix) -
 
 
 def draw(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix, path: Path) -> Path:
-    """The map in colours, the figure in each field."""
+    """The map in colours, with the value in each field."""
     figure, axes = plt.subplots(figsize=(12.5, 0.42 * len(tests) + 1.3))
     for row, test in enumerate(tests):
         for column, method in enumerate(methods):
@@ -114,7 +114,7 @@ def draw(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix, path: Pa
 
 
 def tips(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix) -> dict[str, list[str]]:
-    """What the fields of the drawing tell, by the names of their groups."""
+    """Tooltips of the fields of the figure, by the names of their groups."""
     told = {}
     for row, test in enumerate(tests):
         for column, method in enumerate(methods):
@@ -125,7 +125,7 @@ def tips(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix) -> dict[
 
 
 def write_csv(tests: Sequence[Test], matrix: Matrix, path: Path) -> None:
-    """Every field with its figure, exit code and what was said."""
+    """Every field with its value, exit code and message."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
@@ -145,7 +145,7 @@ def write_csv(tests: Sequence[Test], matrix: Matrix, path: Path) -> None:
 
 
 def count_line(matrix: Matrix) -> str:
-    """How many fields came out how."""
+    """Number of fields of each outcome."""
     kinds = [field.outcome for field in matrix.values()]
     return ", ".join(f"{kinds.count(kind)} {kind}" for kind in (PASS, DEGRADED, TOLD, SILENT))
 
@@ -155,12 +155,12 @@ def map_page(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix, pict
     lines = [
         f"![stability map]({picture})",
         "",
-        f"{count_line(matrix)}. No sign: pass; `~` degraded; `!` fails and says so, by its",
+        f"{count_line(matrix)}. No sign: pass; `~` degraded; `!` fails and reports it, by its",
     ]
     lines += [
-        "exit code and a message, or by a warning in its log; `X` fails silently: it finishes, its figure is off and its",
-        "log has nothing on it. In parentheses, where the figure is an error of the stress: what the run itself states that",
-        "error to be ([stress error](../methods/stress_error.md)); it says so only if it warns and states half of it or more.",
+        "exit code and a message, or by a warning in its log; `X` fails silently: it finishes, its result is in error and its",
+        "log does not report it. In parentheses, if the value is a stress error: the estimate that the run itself reports of",
+        "this error ([stress error](../methods/stress_error.md)); it is reported only if the run warns and states at least half of it.",
         "",
     ]
     lines += [*markdown_table(["test", *methods], matrix_rows(methods, tests, matrix)), ""]
@@ -169,11 +169,11 @@ def map_page(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix, pict
         figure = t.figure.name if t.figure else "exit code"
         limits = f"{t.good:g} / {t.fair:g}" if t.figure else ", ".join(map(str, t.ends))
         rows.append([t.id, t.asks, figure, limits, t.skip_reason])
-    return lines + [*markdown_table(["test", "asks", "figure", "good / fair", "not for all"], rows), ""]
+    return lines + [*markdown_table(["test", "asks", "figure", "good / fair", "not for all methods"], rows), ""]
 
 
 def act(words: argparse.Namespace) -> int:
-    """Run the map, draw and tell."""
+    """Run the map, draw it and report it."""
     methods, tests = load_rows(STABILITY, TOP, words.tests)
     matrix = fill_matrix(tests, words)
     print(table(["test", *methods], matrix_rows(methods, tests, matrix)))

@@ -1,4 +1,4 @@
-"""Pictures of bodies in space by VTK, off screen: the skin of the body filled by a field, points that left it, mesh edges."""
+"""Figures of 3D bodies by VTK, off screen: the surface of the body coloured by a field, points that have separated from it, mesh edges."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ vtkObject.GlobalWarningDisplayOff()
 
 @dataclass(frozen=True)
 class Look:
-    """What a series of pictures has in common, so that one can be laid over the next."""
+    """Common properties of a series of figures, so that they can be superimposed."""
 
     low: Array
     high: Array
@@ -42,12 +42,12 @@ class Look:
 
     @staticmethod
     def around(low: Array, high: Array, least: float, most: float) -> Look:
-        """A look for points between two corners."""
+        """A viewpoint for points between two corners."""
         return Look(low, high, least, most, int(np.clip(WIDTH * 0.7 + 190, 320, 1000)) // 2 * 2)
 
 
 def colours(look: Look) -> vtkLookupTable:
-    """Viridis, as the other pictures have it."""
+    """Viridis, as in the other figures."""
     from matplotlib import colormaps
 
     table = vtkLookupTable()
@@ -98,7 +98,7 @@ def _lines(data: vtkPolyData, colour: tuple[float, float, float], width: float, 
 
 
 def hull(start: Array, spacing: float) -> vtkPolyData:
-    """Skin of the points where they started; gaps wider than 1.6 spacings stay open."""
+    """Surface of the points in their initial positions; gaps wider than 1.6 spacings remain open."""
     data = vtkPolyData()
     data.SetPoints(_points_of(start))
     net = vtkDelaunay3D()
@@ -111,7 +111,7 @@ def hull(start: Array, spacing: float) -> vtkPolyData:
 
 
 def filled(skin: Skin, values: Array, table: vtkLookupTable) -> vtkActor:
-    """A skin with its field, smooth from point to point, lit so that its form is seen."""
+    """A surface with its field, interpolated between points, with lighting."""
     data = vtkPolyData()
     data.SetPoints(_points_of(skin.places))
     cells = vtkCellArray()
@@ -133,7 +133,7 @@ def filled(skin: Skin, values: Array, table: vtkLookupTable) -> vtkActor:
 
 
 def beside(pieces: Pieces, kind: int) -> vtkActor:
-    """Rigid bodies, or water that is seen through."""
+    """Rigid bodies, or transparent water."""
     data = vtkPolyData()
     data.SetPoints(_points_of(np.concatenate(pieces.places)))
     faces = vtkCellArray()
@@ -151,7 +151,7 @@ def beside(pieces: Pieces, kind: int) -> vtkActor:
 
 
 def mesh_edges(mesh: Mesh) -> vtkActor:
-    """Edges of the cells, thin and grey."""
+    """Edges of the cells as thin grey lines."""
     grid = vtkUnstructuredGrid()
     grid.SetPoints(_points_of(mesh.nodes))
     for kind, nodes in zip(mesh.types, mesh.cells):
@@ -192,7 +192,7 @@ def _bar(table: vtkLookupTable, look: Look) -> vtkScalarBarActor:
 
 
 def _aim(renderer: vtkRenderer, look: Look) -> float:
-    """Point the camera at the look's box; pixels a unit of length."""
+    """Direct the camera at the box of the view; returns pixels per unit of length."""
     centre, size = (look.low + look.high) / 2, look.high - look.low
     camera = renderer.GetActiveCamera()
     camera.SetFocalPoint(*centre)
@@ -217,7 +217,7 @@ def picture(
     before: vtkPolyData | None = None,
     mesh: Mesh | None = None,
 ) -> Array:
-    """One picture as rows of red, green and blue."""
+    """One image as rows of red, green and blue."""
     renderer = vtkRenderer()
     renderer.SetBackground(1, 1, 1)
     table = colours(look)

@@ -1,33 +1,33 @@
-"""Studies of error against cost: what verification/studies/*.toml says, checked strictly.
+"""Studies of error against cost: the format of verification/studies/*.toml, checked strictly.
 
 title = "..."                 one line
 deck = "input/NAME.inp"       from the top of the tree
-size = "cells over the height"   what the size of an entry counts; orders are fitted over it
-source = "..."                where the reference of the error comes from
-note = "..."                  one more sentence under the table
-bounds = 1.0                  limit analysis of the deck, times this, is a line of the chart; the reference is a function
-floor = 1e-12                 errors below it are taken for it: round-off, or what the reference is sure of
+size = "cells over the height"   meaning of the size of an entry; orders of convergence are fitted over it
+source = "..."                source of the reference of the error
+note = "..."                  additional sentence below the table
+bounds = 1.0                  limit analysis of the deck, times this factor, is added to the chart; the reference must be a function
+floor = 1e-12                 smaller errors are set to it: round-off, or the accuracy of the reference
 
 [error]                       the error: a quantity as in a case (cases.py), without tolerance.
-name = "stress error"         With a reference it is the difference from it, relative unless error = "absolute";
-measure = "..."               without one the figure itself is the error
+name = "stress error"         With a reference: the difference from it, relative unless error = "absolute";
+measure = "..."               without one: the value itself is the error
 
 [[method]]                    one line of the chart
 label = "GIMP, 4 points"
-each = [{n = 16}, {n = 64}]   one run an entry (families.py), in the order of growing size
+each = [{n = 16}, {n = 64}]   one run for each entry (families.py), in order of increasing size
 size = "{n}"
 effort = "quick"              small, quick or long, as in a case
 replace = [["old", "new"]]    in the deck
-exit_codes = [0]              what the program may return
+exit_codes = [0]              exit codes that the program may return
 time_limit = 300
 command = ["manufactured", "BASIS=GIMP", "4", "2", "{n}", "20"]
-                              another program of the same build in place of the deck; its last line is read
-pattern = '(?P<error>...) ... (?P<seconds>...)'   by this expression, given once for the study
+                              another program of the same build instead of the deck; its last line is read
+pattern = '(?P<error>...) ... (?P<seconds>...)'   with this expression, given once for the study
 
-[[other]]                     figures of another code, stored
+[[other]]                     stored results of another code
 label = "..."
 points = [[size, error, seconds], ...]
-caveat = "..."                what makes them other than ours
+caveat = "..."                how they differ from those of QSMPM
 source = "..."
 """
 
@@ -66,7 +66,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Other:
-    """Figures of another code, stored or run here: size (NaN where it is not known), error, seconds."""
+    """Results of another code, stored or computed here: size (NaN if unknown), error, seconds."""
 
     label: str
     points: tuple[tuple[float, float, float], ...]
@@ -77,7 +77,7 @@ class Other:
 
 @dataclass(frozen=True)
 class Study:
-    """A scene, its error, the methods that compute it and what others measured."""
+    """A scene, its error, the methods that compute it and results of other codes."""
 
     name: str
     title: str
@@ -93,18 +93,18 @@ class Study:
 
 
 def _entry(table: dict[str, Any], study: dict[str, Any], name: str, top: Path, where: str) -> Entry:
-    """One run out of a method's table with its words filled in."""
+    """One run of a method's table with its placeholders replaced."""
     check_keys(table, METHOD_KEYS, where)
     try:
         size = float(table["size"])
     except (KeyError, TypeError, ValueError):
-        raise CaseError(f"{where}: size is a number") from None
+        raise CaseError(f"{where}: size must be a number") from None
     if table.get("effort", "quick") not in EFFORTS:
-        raise CaseError(f"{where}: effort is one of {', '.join(EFFORTS)}")
+        raise CaseError(f"{where}: effort must be one of {', '.join(EFFORTS)}")
     if "command" not in table and "deck" not in study:
-        raise CaseError(f"{where}: neither a deck of the study nor a command")
+        raise CaseError(f"{where}: a deck of the study or a command is required")
     if "command" in table and "pattern" not in study:
-        raise CaseError(f"{where}: a command needs the study's pattern")
+        raise CaseError(f"{where}: a command requires the pattern of the study")
     case = Case(
         name=name,
         title=study["title"],
@@ -118,9 +118,9 @@ def _entry(table: dict[str, Any], study: dict[str, Any], name: str, top: Path, w
 
 
 def _method(table: dict[str, Any], study: dict[str, Any], stem: str, top: Path, where: str) -> Method:
-    """One line of the chart; its runs are called STUDY/LABEL_SIZE."""
+    """One line of the chart; its runs are named STUDY/LABEL_SIZE."""
     if not isinstance(table.get("label"), str) or "{" in table["label"]:
-        raise CaseError(f"{where}: label is a text without words in braces")
+        raise CaseError(f"{where}: label must be a text without words in braces")
     where = f"{where}, method '{table['label']}'"
     short = re.sub(r"\W+", "_", table["label"].lower()).strip("_")
     try:
@@ -129,7 +129,7 @@ def _method(table: dict[str, Any], study: dict[str, Any], stem: str, top: Path, 
         raise CaseError(f"{where}: {error}") from error
     entries = tuple(_entry(m, study, f"{stem}/{short}_{m['name']}", top, where) for m in members)
     if any(a.size >= b.size for a, b in zip(entries, entries[1:])):
-        raise CaseError(f"{where}: sizes grow from entry to entry")
+        raise CaseError(f"{where}: sizes must increase from entry to entry")
     return Method(table["label"], entries)
 
 
@@ -137,10 +137,10 @@ def _other(table: dict[str, Any], where: str) -> Other:
     check_keys(table, {"label", "points", "caveat", "source"}, where)
     for key in ("label", "points", "caveat", "source"):
         if not table.get(key):
-            raise CaseError(f"{where}: figures of another code name their {key}")
+            raise CaseError(f"{where}: results of another code require {key}")
     given = [[float(v) for v in point] for point in table["points"]]
     if any(len(point) != 3 or min(point) <= 0 for point in given):
-        raise CaseError(f"{where}: points are [size, error, seconds], all above zero")
+        raise CaseError(f"{where}: points must be [size, error, seconds], all positive")
     points = tuple((size, error, seconds) for size, error, seconds in given)
     return Other(table["label"], points, table["caveat"], table["source"])
 
@@ -158,11 +158,11 @@ def load_study(path: Path, top: Path) -> Study:
         if key not in table:
             raise CaseError(f"{path}: '{key}' is missing")
     if "pattern" in table and not {"error", "seconds"} <= set(re.compile(table["pattern"]).groupindex):
-        raise CaseError(f"{path}: pattern names the groups error and seconds")
+        raise CaseError(f"{path}: pattern must have the groups error and seconds")
     methods = tuple(_method(m, table, path.stem, top, str(path)) for m in table["method"])
     names = [entry.case.name for method in methods for entry in method.entries]
     if len(set(names)) != len(names):
-        raise CaseError(f"{path}: two runs have one name; labels must differ")
+        raise CaseError(f"{path}: two runs have the same name; labels must differ")
     return Study(
         path.stem, table["title"], table["size"], table["source"], table.get("note", ""),
         printed_quantity(table["error"], table["source"], str(path), free="pattern" in table),
@@ -172,14 +172,14 @@ def load_study(path: Path, top: Path) -> Study:
 
 
 def load_studies(folder: Path, top: Path, names: list[str]) -> list[Study]:
-    """The studies asked for, all when none is named; a path of a file is taken too."""
+    """The requested studies, default all; the path of a file is accepted as well."""
     if not folder.is_dir() and not names:
-        raise CaseError(f"{folder} is not there: call this inside a checkout of QSMPM, or name one in QSMPM_TREE")
+        raise CaseError(f"{folder} not found: run this command inside a checkout of QSMPM, or set QSMPM_TREE to one")
     known = {path.stem: path for path in sorted(folder.glob("*.toml"))}
     chosen: list[Path] = []
     for name in names or list(known):
         path = known.get(name, Path(name))
         if name not in known and path.suffix != ".toml":
-            raise CaseError(f"no study '{name}'; there are {', '.join(known) or 'none'}")
+            raise CaseError(f"unknown study '{name}'; known are {', '.join(known) or 'none'}")
         chosen.append(path)
     return [load_study(path, top) for path in chosen]

@@ -1,4 +1,4 @@
-"""What stands beside the material points of a state: rigid bodies in their pose, pressures on them, water levels."""
+"""Objects beside the material points of a state: rigid bodies in their position, contact pressures, water levels."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ TURNED = 0.5
 
 @dataclass(frozen=True)
 class RigidBody:
-    """A body where it is: corners in the plane, counter-clockwise; a point and the normal of a plane; a ball in space."""
+    """A body in its position: corners in the plane, counter-clockwise; a point and the normal of a plane; a sphere in 3D."""
 
     outline: Array | None = None
     plane: Array | None = None
     ball: Array | None = None
 
     def area(self, reach: float) -> Array | None:
-        """Corners of what is seen of it in the plane, (n, 2); of a plane what is within a reach behind it."""
+        """Corners of its visible part in the plane, (n, 2); for a plane the part within a distance behind it."""
         if self.outline is None:
             return None
         if self.plane is None:
@@ -34,7 +34,7 @@ class RigidBody:
         return np.concatenate([self.outline[:, :2], back])
 
     def upright(self, places: Array, normals: Array, extent: float) -> Array:
-        """Normals of soil (n, 2) by those of the flat sides that the places belong to: at a rounded corner soil leans out."""
+        """Normals of the soil (n, 2), on flat sides those of the side at each position: at a rounded corner the soil normal deviates."""
         if self.outline is None or len(self.outline) < 2:
             return normals
         first = self.outline[:, :2]
@@ -57,7 +57,7 @@ class RigidBody:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """All of them; contacts by the names they have in results.h5, one row a surface point; corners of water levels (n, 3)."""
+    """All objects; contacts by their names in results.h5, one row for each surface point; corners of water levels (n, 3)."""
 
     bodies: tuple[RigidBody, ...] = ()
     contacts: dict[str, Array] = field(default_factory=dict)
@@ -65,14 +65,14 @@ class Surroundings:
 
     @property
     def pressure(self) -> float:
-        """Largest pressure of a contact, 0 where nothing is pressed."""
+        """Largest pressure of a contact, 0 without contact."""
         return float(self.contacts["pressure"].max(initial=0.0)) if self.contacts else 0.0
 
     def bars(self, scale: float) -> Array:
-        """Bars of the pressure along the surface, (n, 4 corners, 2): from the soil into the body, `scale` long a unit.
+        """Bars of the pressure along the surface, (n, 4 corners, 2): from the soil into the body, with length `scale` for unit pressure.
 
-        They go along the mean normal of as much of the surface to either side as the longest is high, less towards its
-        ends: round a corner they neither cross nor part. Beside a flat side of the body the normal is that of the side.
+        Their direction is the mean normal over the length of the longest bar to either side, less towards the
+        ends: at a corner they neither cross nor diverge. Beside a flat side of the body the normal is that of the side.
         """
         if not self.contacts:
             return np.zeros((0, 4, 2))
@@ -87,7 +87,7 @@ class Surroundings:
         return bars
 
     def _bars_of(self, rows: Array, scale: float, body: RigidBody) -> Array:
-        """Those of one body, in their order along the surface."""
+        """Points in contact with one body, in their order along the surface."""
         place, out, extent = self.contacts["position"][rows, :2], self.contacts["normal"][rows, :2], self.contacts["extent"][rows]
         height = scale * self.contacts["pressure"][rows]
         last = np.cumsum(extent)
@@ -107,7 +107,7 @@ class Surroundings:
 
 
 def chain(places: Array) -> Array:
-    """Order of places along the line they are on, from the end with the smaller x + y: the nearest one left comes next."""
+    """Order of points along their line, from the end with the smaller x + y: the next one is the nearest remaining point."""
     first = int(np.argmax(np.linalg.norm(places - places.mean(axis=0), axis=1)))
     other = int(np.argmax(np.linalg.norm(places - places[first], axis=1)))
     order = [first if places[first].sum() <= places[other].sum() else other]
@@ -129,7 +129,7 @@ def _body(group: h5py.Group) -> RigidBody:
 
 
 def read_surroundings(step: h5py.Group) -> Surroundings:
-    """What the group of a step tells; nothing where it has none."""
+    """Data of the group of a step; empty if it has none."""
     bodies, contacts, water = (step.get(name, {}) for name in ("rigid_bodies", "contacts", "water"))
     return Surroundings(
         tuple(_body(bodies[name]) for name in sorted(bodies)),

@@ -1,7 +1,7 @@
-"""What a run tells of itself beside its numbers: names of phases and materials, units, factors of safety.
+"""Information of a run in addition to its numbers: names of phases and materials, units, factors of safety.
 
-Names of materials and units are those of the echoed deck, phases and factors those of summary.json; what a folder does not
-have is not told.
+Names of materials and units are from the echoed deck, phases and factors from summary.json; data that are not in
+the folder are omitted.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def echoed(folder: Path) -> str:
 
 
 def units(folder: Path) -> dict[str, str]:
-    """Words of *UNITS: LENGTH and FORCE; empty when the deck has none."""
+    """LENGTH and FORCE of *UNITS; empty if the deck has none."""
     hit = re.search(r"^\*UNITS(.*)$", echoed(folder), re.MULTILINE | re.IGNORECASE)
     parts = (part.partition("=") for part in hit[1].split(",")) if hit else ()
     return {word.strip().upper(): value.strip() for word, _, value in parts if value.strip() not in ("", "-")}
@@ -42,30 +42,30 @@ def _phases(folder: Path) -> list[dict]:
 
 
 def phase_name(folder: Path, number: int) -> str:
-    """A phase in words: its name in quotes, or its number where no name is told."""
+    """Text for a phase: its name in quotes, or its number if it has no name."""
     phases = _phases(folder)
     return f"'{phases[number - 1]['name']}'" if 1 <= number <= len(phases) else str(number)
 
 
 def phase_number(folder: Path, phase: int | str) -> int:
-    """Number of a phase that is given by its number, from 1, or its name."""
+    """Number of a phase given by its number, from 1, or its name."""
     if isinstance(phase, int):
         return phase
     names = [str(told["name"]) for told in _phases(folder)]
     if phase not in names:
-        raise Trouble(f"{folder}: no phase '{phase}'; there are {', '.join(names) or 'no names'}")
+        raise Trouble(f"{folder}: no phase '{phase}'; available are {', '.join(names) or 'no names'}")
     return names.index(phase) + 1
 
 
 def factor(folder: Path, number: int) -> tuple[float, float] | None:
-    """Factor of safety of a phase, stable and lost (0: not lost); None where it has none."""
+    """Factor of safety of a phase: last stable and first without equilibrium (0: not found); None if it has none."""
     phases = _phases(folder)
     found = phases[number - 1].get("factor") if 1 <= number <= len(phases) else None
     return (float(found[0]), float(found[1] or 0.0)) if found else None
 
 
 def factor_text(folder: Path, number: int) -> str:
-    """Factor of safety of a phase in words; empty where it has none."""
+    """Factor of safety of a phase as text; empty if it has none."""
     found = factor(folder, number)
     if found is None:
         return ""
@@ -74,5 +74,5 @@ def factor_text(folder: Path, number: int) -> str:
 
 
 def read_phase(word: str) -> int | str:
-    """A phase as the command line gives it: a number where it is one, else a name."""
+    """A phase as given on the command line: a number if it is one, otherwise a name."""
     return int(word) if word.isdigit() else word

@@ -1,4 +1,4 @@
-"""Figures computed from the whole course of a run, its curves or its log; a case names them under `trace`."""
+"""Quantities computed from the history of a run, its curves or its log; a case names them under `trace`."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ HOLD = re.compile(r"constant load test at load factor\s+(\S+): (?:after .* has g
 def knee(folder: Path, column: str, factor: float = 10.0, load: str = "load_factor") -> float:
     """Load at the end of the first step whose compliance exceeds `factor` times the first one [load].
 
-    Compliance: growth of the column over growth of the load in a step; the curve starts at the origin.
-    A curve without such a step is an error, not a figure.
+    Compliance: increment of the column divided by the increment of the load in a step; the curve starts at the origin.
+    A curve without such a step is an error.
     """
     if factor <= 1:
-        raise ResultError(f"knee: factor {factor:g} is not above 1")
+        raise ResultError(f"knee: factor {factor:g} must be above 1")
     curves = read_curves(folder)
     loads = np.concatenate([[0.0], curves.column(load)])
     steps = np.diff(loads)
     if np.any(steps <= 0):
-        raise ResultError(f"{curves.path}: {load} does not grow in every step")
+        raise ResultError(f"{curves.path}: {load} does not increase in every step")
     compliance = np.diff(np.concatenate([[0.0], curves.column(column)])) / steps
     if compliance[0] <= 0:
-        raise ResultError(f"{curves.path}: {column} does not grow with {load} in the first step")
+        raise ResultError(f"{curves.path}: {column} does not increase with {load} in the first step")
     beyond = np.nonzero(compliance > factor * compliance[0])[0]
     if not len(beyond):
         top = compliance.max() / compliance[0]
-        raise ResultError(f"{curves.path}: no knee up to {load} = {loads[-1]:g}: compliance grew to {top:.3g} times")
+        raise ResultError(f"{curves.path}: no knee up to {load} = {loads[-1]:g}: compliance increased by a factor of {top:.3g}")
     return float(loads[beyond[0] + 1])
 
 
 def limit_load(folder: Path, which: str = "knee") -> float:
-    """Limit load of a phase with LIMIT COMPLIANCE [load]: its knee, or the load factor carried or refused.
+    """Limit load of a phase with LIMIT COMPLIANCE [load]: its knee, or the last accepted or first rejected load factor.
 
-    A run that has found none is an error, not a figure.
+    A run without a limit load is an error.
     """
     path = folder / "limit_load.json"
     try:
@@ -50,15 +50,15 @@ def limit_load(folder: Path, which: str = "knee") -> float:
     except OSError as error:
         raise ResultError(f"{path}: {error.strerror}: the run has found no limit load") from error
     if which not in ("carried", "refused", "knee"):
-        raise ResultError(f"limit_load: '{which}' is not carried, refused or knee")
+        raise ResultError(f"limit_load: '{which}' must be carried, refused or knee")
     return float(found[which])
 
 
 def factor_of_safety(folder: Path, phase: str, which: str = "stable") -> float:
-    """Factor of safety of a phase of TYPE=SAFETY [-]: the last stable one, the first lost one, or their difference, that to the first refused one where
-    none is lost.
+    """Factor of safety of a phase of TYPE=SAFETY [-]: the last stable one, the first at which no equilibrium is found, or their difference; the first rejected one
+    is used if none is lost.
 
-    A phase that has found none is an error, not a figure.
+    A phase without a factor of safety is an error.
     """
     path = folder / "safety.json"
     try:
@@ -66,22 +66,22 @@ def factor_of_safety(folder: Path, phase: str, which: str = "stable") -> float:
     except OSError as error:
         raise ResultError(f"{path}: {error.strerror}: the run has found no factor of safety") from error
     if which not in ("stable", "lost", "width"):
-        raise ResultError(f"factor_of_safety: '{which}' is not stable, lost or width")
+        raise ResultError(f"factor_of_safety: '{which}' must be stable, lost or width")
     found = [row for row in phases if row["phase"] == phase]
     if not found:
-        raise ResultError(f"{path}: no phase '{phase}'; there are {', '.join(row['phase'] for row in phases)}")
+        raise ResultError(f"{path}: unknown phase '{phase}'; known are {', '.join(row['phase'] for row in phases)}")
     stable, lost = found[0]["stable"], found[0]["lost"]
     if which == "width" and lost is None:
         lost = found[0].get("refused")
     if which != "stable" and lost is None:
-        raise ResultError(f"{path}: phase '{phase}' has lost no factor: it is at least {stable}")
+        raise ResultError(f"{path}: phase '{phase}' found no factor without equilibrium: it is at least {stable}")
     return float({"stable": stable, "lost": lost}[which] if which != "width" else lost - stable)
 
 
 def hold_growth(folder: Path, load_factor: float) -> float:
-    """Growth of the first history in a constant load test, as a share of it; job.log tells it [-].
+    """Increase of the first history in a constant load test, relative to it, from job.log [-].
 
-    A test that is not in the log or that lost equilibrium is an error.
+    A test that is missing in the log or failed to reach equilibrium is an error.
     """
     path = folder / "job.log"
     try:
@@ -95,19 +95,19 @@ def hold_growth(folder: Path, load_factor: float) -> float:
                 raise ResultError(f"{path}: constant load test at {at:g} rejected at re-solve {hit[3]}")
             return float(hit[2]) / 100
     known = ", ".join(f"{at:g}" for at in tests) or "none"
-    raise ResultError(f"{path}: no constant load test at load factor {load_factor:g}; there are {known}")
+    raise ResultError(f"{path}: no constant load test at load factor {load_factor:g}; available are {known}")
 
 
 def jitter(folder: Path, column: str, along: str = "load_factor", beyond: float = 0.0) -> float:
-    """Mean step-to-step jitter of a column, |y(k+1) - 2 y(k) + y(k-1)|, over the steps beyond a place [column].
+    """Mean step-to-step jitter of a column, |y(k+1) - 2 y(k) + y(k-1)|, over the steps beyond a value of another column [column].
 
-    A smooth curve contributes its curvature only, which falls with the square of the step.
+    A smooth curve contributes only its curvature, which decreases with the square of the step.
     """
     curves = read_curves(folder)
     x, y = curves.column(along), curves.column(column)
     bends = np.abs(np.diff(y, 2))[x[1:-1] > beyond]
     if not len(bends):
-        raise ResultError(f"{curves.path}: no three steps in a row beyond {along} = {beyond:g}")
+        raise ResultError(f"{curves.path}: no three consecutive steps beyond {along} = {beyond:g}")
     return float(bends.mean())
 
 
@@ -122,7 +122,7 @@ def column_sum(folder: Path, column: str) -> float:
 
 
 def log_lines(folder: Path, text: str) -> float:
-    """Lines of job.log that hold a text [-]."""
+    """Number of lines of job.log that contain a text [-]."""
     path = folder / "job.log"
     try:
         return float(sum(text in line for line in path.read_text(encoding="utf-8").splitlines()))
@@ -131,9 +131,9 @@ def log_lines(folder: Path, text: str) -> float:
 
 
 def hertz_error(folder: Path, radius: float, modulus: float, spacing: float) -> float:
-    """Pressures p0, p1, ... at (i + 1/2) spacing from the middle against Hertz's under a rigid circle [-].
+    """Pressures p0, p1, ... at (i + 1/2) spacing from the centre compared with Hertz's under a rigid circle [-].
 
-    Root mean square over the inner 0.8 of the contact, relative to the largest pressure; `force` is that of half a scene,
+    Root mean square over the inner 0.8 of the contact, relative to the largest pressure; `force` is that of half of the scene,
     `modulus` E/(1 - nu^2).
     """
     curves = read_curves(folder)
@@ -149,7 +149,7 @@ def hertz_error(folder: Path, radius: float, modulus: float, spacing: float) -> 
 
 
 def column_mean(folder: Path, column: str, along: str, beyond: float, until: float = np.inf) -> float:
-    """Mean of a column over the steps beyond a place of another column, and up to another one [column]."""
+    """Mean of a column over the steps between two values of another column [column]."""
     curves = read_curves(folder)
     places = curves.column(along)
     chosen = curves.column(column)[(places > beyond) & (places <= until)]
@@ -159,9 +159,9 @@ def column_mean(folder: Path, column: str, along: str, beyond: float, until: flo
 
 
 def pressure_wave(folder: Path, count: int, order: int, scale: float) -> float:
-    """What pressures p0, p1, ... at `count` even places of a half circle, ends too, leave of a cosine series [-].
+    """Residual of pressures p0, p1, ... at `count` equally spaced points of a half circle, ends included, after fitting a cosine series [-].
 
-    Root mean square of the last step over the places, over `scale`; `order` is that of the last cosine that is fitted.
+    Root mean square over the points in the last step, divided by `scale`; `order` is that of the last fitted cosine.
     """
     curves = read_curves(folder)
     found = np.array([float(curves.column(f"p{i}")[-1]) for i in range(count)])
@@ -187,4 +187,4 @@ TRACES: dict[str, Trace] = {
         pressure_wave,
     )
 }
-"""The functions a case file may name."""
+"""The functions that a case file may name."""

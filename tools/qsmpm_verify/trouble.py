@@ -1,13 +1,13 @@
-"""What goes wrong and what the command returns for it: 2 when asked wrongly, 3 when a run failed."""
+"""Errors and the exit codes of the command: 2 for invalid input, 3 for a failed run."""
 
 
 class Trouble(Exception):
-    """Asked wrongly: a file that is missing or not right, a name nobody knows, units that do not match."""
+    """Invalid input: a file that is missing or invalid, an unknown name, inconsistent units."""
 
     exit_code = 2
 
 
 class RunFailed(Trouble):
-    """The program did not do what was asked of it."""
+    """The program did not do what was requested."""
 
     exit_code = 3

@@ -1,7 +1,7 @@
-"""Units of columns: what `kN/m2` in a header means, and whether two of them can be compared.
+"""Units of columns: meaning of `kN/m2` in a header, and whether two units can be compared.
 
-A unit is a factor and powers of force, length and time. Angles, per cent and plain numbers have no powers.
-Formulas tell the kind of their value at the end of the first line of their text, as `[stress]`.
+A unit is a factor and powers of force, length and time. Angles, percentages and plain numbers have no powers.
+Formulas state the kind of their value at the end of the first line of their docstring, such as `[stress]`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Unit:
 
 
 def _product(text: str, atoms: dict[str, tuple[float, Powers]]) -> Unit | None:
-    """The unit of `kN m/s2`; None when a word in it is not known."""
+    """The unit of `kN m/s2`; None if it contains an unknown word."""
     factor = 1.0
     powers: Powers = (0, 0, 0)
     for place, part in enumerate(text.replace("^", "").split("/")):
@@ -56,12 +56,12 @@ def _product(text: str, atoms: dict[str, tuple[float, Powers]]) -> Unit | None:
 
 
 def read_unit(text: str) -> Unit | None:
-    """The unit of a header; None when it is empty or not known."""
+    """The unit of a header; None if it is empty or unknown."""
     return _product(text.strip(), ATOMS) if text.strip() else None
 
 
 def mismatch(own: str, other: str) -> str:
-    """Why values in two units cannot be compared as they are; empty when they can or when one is not known."""
+    """Reason why values in two units cannot be compared directly; empty if they can or if one is unknown."""
     if not own or not other or own == other:
         return ""
     first, second = read_unit(own), read_unit(other)
@@ -76,9 +76,9 @@ def mismatch(own: str, other: str) -> str:
 
 
 def kind_of(function: Callable[..., object]) -> str:
-    """Kind or unit of a formula's value, `stress` or `kN/m3`; empty when its text tells none.
+    """Kind or unit of a formula's value, `stress` or `kN/m3`; empty if its docstring does not state it.
 
-    The text tells it in its entry `Units: ...; result [stress]`, or at the end of its first paragraph.
+    The docstring states it in its entry `Units: ...; result [stress]`, or at the end of its first paragraph.
     """
     text = inspect.getdoc(function) or ""
     entry = re.search(r"^Units:(.*(?:\n[ \t]+.*)*)", text, re.MULTILINE)
@@ -88,9 +88,9 @@ def kind_of(function: Callable[..., object]) -> str:
 
 
 def wrong_kind(unit: str, kind: str) -> str:
-    """Why a column in this unit is no value of a formula of this kind; empty when it is, or nothing is known."""
+    """Reason why a column in this unit is not a value of a formula of this kind; empty if it is, or if either is unknown."""
     own = read_unit(unit)
     wanted = _product(kind, {**ATOMS, **{k: (1.0, p) for k, p in KINDS.items()}}) if kind else None
     if own is None or wanted is None or own.powers == wanted.powers:
         return ""
-    return f"[{unit}] is no unit of [{kind}]"
+    return f"[{unit}] is not a unit of [{kind}]"

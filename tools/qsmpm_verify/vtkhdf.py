@@ -1,8 +1,8 @@
-"""All steps of a run as one file that ParaView opens: VTKHDF whose points and fields are views of the step files, not copies.
+"""All steps of a run in one file for ParaView: VTKHDF whose points and fields are views of the step files, not copies.
 
-The format (VTK, "VTKHDF file format", unstructured grid with steps) wants the steps behind each other in one array; virtual datasets of
-HDF5 lay them so without writing them again. Material points are vertices. Beside `results.h5` and the folder `results` the file stays
-small; without them it is empty.
+The format (VTK, "VTKHDF file format", unstructured grid with steps) requires the steps one after another in one array; virtual datasets of
+HDF5 provide this without copying the data. Material points are vertices. The file requires `results.h5` and the folder `results` beside it;
+without them it is empty.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from qsmpm_verify.results import ResultError, state_file
 
 VERTEX = 1
-"""VTK's number of the cell."""
+"""VTK number of the cell type."""
 VERSION = (2, 2)
 
 
@@ -26,15 +26,15 @@ def write_vtkhdf(folder: Path) -> Path:
         with h5py.File(state_file(folder), "r") as results, h5py.File(out, "w") as file:
             groups = [group for _, group in sorted(results.get("steps", {}).items())]
             if not groups:
-                raise ResultError(f"{folder}: no step was written")
+                raise ResultError(f"{folder}: no step has been written")
             put_steps(file, groups)
     except (OSError, KeyError) as error:
-        raise ResultError(f"{folder}: cut, or not the states of a run ({error})") from error
+        raise ResultError(f"{folder}: truncated, or not the states of a run ({error})") from error
     return out
 
 
 def put_steps(file: h5py.File, groups: list[h5py.Group]) -> None:
-    """Points, cells and fields of all steps, and where each step begins."""
+    """Points, cells and fields of all steps, and the offset of each step."""
     counts = np.array([group["points/position"].shape[0] for group in groups], dtype=np.int64)
     most, begins = int(counts.max()), np.concatenate([[0], np.cumsum(counts)[:-1]])
     root = file.create_group("VTKHDF")
@@ -64,7 +64,7 @@ def put_steps(file: h5py.File, groups: list[h5py.Group]) -> None:
 
 
 def put_view(root: h5py.Group, name: str, groups: list[h5py.Group], field: str, counts: np.ndarray) -> None:
-    """One array over all steps, laid over those of the step files, which are named relative to the run's folder."""
+    """One array over all steps, mapped to those of the step files, which are named relative to the folder of the run."""
     sets = [group[f"points/{field}"] for group in groups]
     shape = (int(counts.sum()), *sets[0].shape[1:])
     layout = h5py.VirtualLayout(shape=shape, dtype=sets[0].dtype)

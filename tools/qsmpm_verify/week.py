@@ -1,4 +1,4 @@
-"""`week`: the scenes of an engineer's first week by default settings, each figure beside its hand value, its CPU seconds beside the plan's range."""
+"""`week`: the scenes of an engineer's first week with default settings, with hand values, CPU seconds and the predicted range."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ from qsmpm_verify.runner import Run, run_all
 
 HEADER = ["case", "figure", "value", "hand value", "error", "tolerance", "verdict", "CPU s", "plan, CPU s"]
 HOLDS = 0.8
-"""Share of the plans whose range must hold."""
+"""Required share of plans whose range holds."""
 
 Range = tuple[float, float]
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("week", help="scenes of an engineer's first week by default settings, beside hand values and plans")
-    verb.add_argument("cases", nargs="*", help="names, files or patterns; all when none is given")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("week", help="scenes of an engineer's first week with default settings, compared with hand values and plans")
+    verb.add_argument("cases", nargs="*", help="names, files or patterns; default all")
     add_running_words(verb, "week")
-    verb.add_argument("--no-plan", dest="plan", action="store_false", help="leave the plans out")
-    verb.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/data/week.md is")
-    verb.add_argument("--json", type=Path, help="write the figures to a file as well")
+    verb.add_argument("--no-plan", dest="plan", action="store_false", help="omit the plans")
+    verb.add_argument("--markdown", type=Path, help="write the results as a page in the format of docs/data/week.md")
+    verb.add_argument("--json", type=Path, help="also write the results to a file")
     verb.set_defaults(act=act)
 
 
 def range_of(text: str) -> Range | None:
-    """The range of CPU seconds in what a plan expects of a run: `2.1 to 15 s: ...`."""
+    """The range of CPU seconds that a plan predicts for a run: `2.1 to 15 s: ...`."""
     hit = re.match(r"([\d.]+(?:E[+-]?\d+)?) to ([\d.]+(?:E[+-]?\d+)?) s\b", text)
     return (float(hit[1]), float(hit[2])) if hit else None
 
 
 def planned(run: Run, program: Path) -> Range | None:
-    """What `qsmpm plan` expects of the deck of a run."""
+    """Prediction of `qsmpm plan` for the deck of a run."""
     deck = run.directory.parent / "deck" / run.case.deck.name
     if run.case.command != "run" or not deck.is_file():
         return None
@@ -56,7 +56,7 @@ def planned(run: Run, program: Path) -> Range | None:
 
 
 def seconds_of(verdicts: Sequence[Verdict]) -> float:
-    """CPU seconds of a case; not a number where it wrote none."""
+    """CPU seconds of a case; NaN if it wrote none."""
     return next((v.cpu_seconds for v in verdicts if v.cpu_seconds is not None), math.nan)
 
 
@@ -75,7 +75,7 @@ def lines(verdicts: Mapping[str, list[Verdict]], plans: Mapping[str, Range | Non
 
 
 def plan_verdict(verdicts: Mapping[str, list[Verdict]], plans: Mapping[str, Range | None], cases: Mapping[str, Case]) -> Verdict | None:
-    """Whether enough of the ranges hold; runs that did not end as they should tell nothing of their time."""
+    """Whether enough of the ranges hold; failed runs do not count."""
     inside = [
         plan is not None and plan[0] <= seconds_of(verdicts[name]) <= plan[1]
         for name, plan in plans.items()
@@ -91,8 +91,8 @@ def plan_verdict(verdicts: Mapping[str, list[Verdict]], plans: Mapping[str, Rang
 
 
 def page(command: str, rows: list[list[str]], plan: Verdict | None, notes: Sequence[str]) -> str:
-    """The page of the figures."""
-    text = ["# A week of scenes", "", f"Written by `{command}`; do not edit. CPU seconds are of the machine it ran on.", "",
+    """The page of the results."""
+    text = ["# A week of scenes", "", f"Written by `{command}`; do not edit. CPU seconds are those of the machine used.", "",
             *markdown_table(HEADER, rows)]  # fmt: skip
     if plan is not None:
         text += ["", f"{plan.quantity}: {100 * plan.value:.0f} %."]
@@ -100,7 +100,7 @@ def page(command: str, rows: list[list[str]], plan: Verdict | None, notes: Seque
 
 
 def act(words: argparse.Namespace) -> int:
-    """Run, plan, judge, print. Exit code 1 when a figure missed."""
+    """Run, plan, assess, print. Exit code 1 if a result missed."""
     cases = select(load_all(WEEK, TOP), words.cases, efforts_up_to(words.effort))
     program = checked_program(words)
     progress = Progress(len(cases))

@@ -46,7 +46,7 @@ class Command(unittest.TestCase):
     def test_against(self) -> None:
         code, _, err = self.bench("against", "--quick", "--repeat", "1")
         self.assertEqual(code, 2)
-        self.assertIn("wants --against PROGRAM", err)
+        self.assertIn("requires --against PROGRAM", err)
         code, out, err = self.bench("against", "--quick", "--repeat", "2", "--against", str(PROGRAM))
         self.assertEqual(code, 0, err)
         row = [cell.strip() for cell in next(line for line in out.splitlines() if line.startswith("| oedometer")).split("|")]
@@ -56,7 +56,7 @@ class Command(unittest.TestCase):
     def test_a_program_that_is_not_there(self) -> None:
         code, _, err = self.bench("parts", "--program", str(self.folder / "nothing"))
         self.assertEqual(code, 2)
-        self.assertIn("is not there", err)
+        self.assertIn("not found", err)
 
     def test_a_deck_that_stops(self) -> None:
         deck = scene("oedometer", ("*END PHASE", "*END PHASES"))

@@ -1,11 +1,11 @@
-"""Stresses inside the cones of yield: the largest of a linear figure, by the interior points of Clarabel.
+"""Stresses inside the yield cones: the maximum of a linear objective, by the interior-point method of Clarabel.
 
 A stress point has three unknowns, m = (s_x + s_y)/2, d = (s_x - s_y)/2 and t_xy, tension positive. Mohr-Coulomb in the plane is a second-order cone:
 
     |(d, t_xy)| <= c cos(phi) - (m + u) sin(phi)            u: pore pressure
 
-and a tension cut-off T is |(d, t_xy)| <= T - (m + u). The last unknown multiplies the live loads (LOAD), or is taken from the right of the cones
-of Mohr-Coulomb (MARGIN; a free face has no room below a tensile strength of 0); a FORCE has none.
+and a tension cut-off T is |(d, t_xy)| <= T - (m + u). The last unknown multiplies the live loads (LOAD), or is subtracted from the right-hand side of the cones
+of Mohr-Coulomb (MARGIN; a free face has no margin below a tensile strength of 0); a FORCE has none.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SOLVED = "Solved"
 
 
 class Kind(Enum):
-    """What is made as large as it can be."""
+    """The objective that is maximised."""
 
     LOAD = "load"
     MARGIN = "margin"
@@ -33,7 +33,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Yield:
-    """Cones at points: what their heads are without stress, slopes with m, change of pore pressure by the load, share of a margin that is taken from them;
+    """Cones at points: their apex values without stress, slopes with m, change of pore pressure with the load, share of the margin subtracted from them;
     their points."""
 
     point: Array
@@ -45,7 +45,7 @@ class Yield:
 
 @dataclass(frozen=True)
 class Balance:
-    """Equations: matrix on the stresses, right side without and with one unit of the live load; the figure of a FORCE.
+    """Equations: matrix on the stresses, right-hand side without and with one unit of the live load; the objective of a FORCE.
     The last unknowns are forces between minus and plus their `limits`. Triangles that are `still` have no stresses."""
 
     matrix: sparse.csr_matrix
@@ -59,7 +59,7 @@ class Balance:
 @dataclass(frozen=True)
 class Joint:
     """Places between soil and rigid bodies: |t| <= a - n tan(delta) there, and n <= 0 where they part freely, both linear in the unknowns; tangents,
-    adhesions, which part."""
+    adhesions, which separate."""
 
     pull: sparse.csr_matrix
     shear: sparse.csr_matrix
@@ -70,7 +70,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Answer:
-    """The largest figure, what the solver says of it, stresses (points, 3), duals of equations; of the cones the points, duals of their
+    """The maximum, the status of the solver, stresses (points, 3), duals of equations; of the cones the points, duals of their
     heads, heads."""
 
     value: float
@@ -83,12 +83,12 @@ class Answer:
 
     @property
     def solved(self) -> bool:
-        """Nothing else is a bound."""
+        """Whether the solver status is Solved; no other result is a bound."""
         return self.status == SOLVED
 
 
 def _cone_rows(cones: Yield, kind: Kind, unknowns: int) -> tuple[sparse.csr_matrix, Array]:
-    """Rows A and right side b so that b - A x is in the cones."""
+    """Rows A and right-hand side b of the condition that b - A x is in the cones."""
     count = len(cones.point)
     row, column = 3 * np.arange(count), 3 * cones.point
     rows, columns = [row, row + 1, row + 2], [column, column + 1, column + 2]
@@ -104,7 +104,7 @@ def _cone_rows(cones: Yield, kind: Kind, unknowns: int) -> tuple[sparse.csr_matr
 
 
 def _joint_rows(joint: Joint, unknowns: int) -> tuple[sparse.csr_matrix, Array]:
-    """Rows and right side: head and shear of each place in turn, then the pulls."""
+    """Rows and right-hand side: apex and shear of each point in turn, then the tensions."""
     count = len(joint.friction)
     order = np.arange(2 * count).reshape(2, count).T.ravel()
     rows = sparse.vstack([sparse.vstack([sparse.diags(joint.friction) @ joint.pull, -joint.shear]).tocsr()[order], joint.pull[joint.parts]])
@@ -115,18 +115,18 @@ def _joint_rows(joint: Joint, unknowns: int) -> tuple[sparse.csr_matrix, Array]:
 
 
 def _limit_rows(limits: Array, first: int, unknowns: int) -> tuple[sparse.csr_matrix, Array]:
-    """Rows and right side of limits that are there, of unknowns from `first` on."""
+    """Rows and right-hand side of the existing limits, for unknowns from `first` on."""
     number, side = np.nonzero(np.isfinite(limits))
     shape = (len(number), unknowns)
     return sparse.csr_matrix((np.where(side == 0, -1.0, 1.0), (np.arange(len(number)), first + number)), shape), limits[number, side]
 
 
 def largest(balance: Balance, cones: Yield, kind: Kind, joint: Joint | None = None) -> Answer:
-    """The largest live load, margin or force."""
+    """The maximum live load, margin or force."""
     try:
         import clarabel
     except ImportError as error:
-        raise Trouble("bounds want the Python package clarabel: run tools/setup again, or pip install 'qsmpm[verify]'") from error
+        raise Trouble("bounds require the Python package clarabel: run tools/setup again, or pip install 'qsmpm[verify]'") from error
     equations, stresses = balance.matrix.shape
     extra = kind is not Kind.FORCE
     unknowns = stresses + extra

@@ -1,9 +1,9 @@
-"""Rigid bodies in contact: tractions between them and the soil, |t| <= a - n tan(delta) and no pull.
+"""Rigid bodies in contact: tractions between them and the soil, |t| <= a - n tan(delta), without tension.
 
 In the lower bound the traction at both ends of an edge is that of the stresses there. In the upper bound the jump of velocities on an edge is quadratic;
 its three coefficients in Bernstein's polynomials, u_a, 2 u_m - (u_a + u_b)/2 and u_b less the velocity of the body, obey the flow rule one by one, and so does the
-jump between them, which is their mean. What they dissipate, a third of the length each, is not less than what the jump does. The tractions at the three
-are unknowns of the dual, two each.
+jump between them, which is their mean. Their dissipation, a third of the length each, is not less than that of the jump. The tractions at the three
+points are unknowns of the dual, two each.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def along_of(model: Model, edges: Array) -> Array:
 
 
 def lower_joint(model: Model) -> Joint | None:
-    """Tractions at both ends of the edges that are touched; none where there are none."""
+    """Tractions at both ends of the edges in contact; none without contact."""
     edges = np.flatnonzero(model.touching)
     if not len(edges):
         return None
@@ -42,7 +42,7 @@ def lower_joint(model: Model) -> Joint | None:
 
 
 def joint_forces(model: Model, nodes: Nodes) -> tuple[sparse.csr_matrix, Array]:
-    """Forces on the nodes (2 n) of the tractions n and t at three places of each edge that is touched or torn, and their power on the velocity of the bodies."""
+    """Forces on the nodes (2 n) of the tractions n and t at three points of each edge in contact or with a jump, and their power on the velocity of the bodies."""
     touched = np.flatnonzero(model.touching)
     edges = np.concatenate([touched, nodes.torn])
     count = len(edges)
@@ -64,7 +64,7 @@ def joint_forces(model: Model, nodes: Nodes) -> tuple[sparse.csr_matrix, Array]:
 
 
 def upper_joint(model: Model, nodes: Nodes, flow: str) -> Joint | None:
-    """Tractions at three places of the edges that are touched or torn, unknowns behind the stresses; none where there are none. Torn soil may be pulled."""
+    """Tractions at three points of the edges in contact or with a jump, unknowns after the stresses; none without such edges. Soil with a jump may be in tension."""
     edges = np.flatnonzero(model.touching)
     if not len(edges) and not len(nodes.torn):
         return None

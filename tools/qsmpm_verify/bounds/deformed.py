@@ -1,7 +1,7 @@
-"""The scene as it has deformed: outlines moved with the material points of a step that a run has written.
+"""The scene in its deformed geometry: outlines moved with the material points of a step written by a run.
 
-An edge of an outline is cut into pieces as long as a cell, where other bodies begin too; each end moves by the linear function that fits the displacements of the material points around it best, of whatever
-body, so that bodies that touch go on touching. Places on planes of nodes that are held stay on them. Vertices that bend the outline by next to nothing go.
+An edge of an outline is divided into pieces of one cell length and where other bodies begin; each end moves by a linear fit of the displacements of the material points around it, of any
+body, so that bodies in contact remain in contact. Points on planes of constrained nodes remain on them. Vertices that change the outline negligibly are removed.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ NEAR = 1e-6
 
 
 def pieces(a: Array, b: Array, size: float) -> Array:
-    """Places from one end of a line to the other, no farther apart than a size."""
+    """Points from one end of a line to the other, at most one size apart."""
     count = max(1, int(np.ceil(np.linalg.norm(b - a) / size - NEAR)))
     return np.asarray(a + np.arange(count + 1)[:, None] / count * (b - a))
 
 
 def broken(outline: Array, corners: Array, near: float) -> list[tuple[Array, Array]]:
-    """The edges of an outline, cut where corners of other bodies lie on them."""
+    """The edges of an outline, divided where corners of other bodies are on them."""
     found = []
     for a, b in zip(outline, np.roll(outline, -1, axis=0)):
         on = corners[distance(corners, a[None], b[None])[:, 0] <= near]
@@ -43,10 +43,10 @@ def broken(outline: Array, corners: Array, near: float) -> list[tuple[Array, Arr
 
 
 def displacements(places: Array, start: Array, moved: Array) -> Array:
-    """Displacements of places by those of the points around them: a linear function fitted to the nearest."""
+    """Displacements of positions from the surrounding points: a linear function fitted to the nearest ones."""
     count = min(AROUND, len(start))
     if count < 3:
-        raise Trouble("the step has too few material points to move an outline with")
+        raise Trouble("the step has too few material points to move an outline")
     apart, nearest = cKDTree(start).query(places, k=count)
     found = np.zeros_like(places)
     for i, place in enumerate(places):
@@ -57,7 +57,7 @@ def displacements(places: Array, start: Array, moved: Array) -> Array:
 
 
 def thinned(line: Array, slack: float) -> Array:
-    """The line without places that are nearer than that to the straight one between those that stay (Douglas and Peucker 1973)."""
+    """The line without points that are nearer than the tolerance to the straight line between the remaining ones (Douglas and Peucker 1973)."""
     kept, spans = {0, len(line) - 1}, [(0, len(line) - 1)]
     while spans:
         first, last = spans.pop()
@@ -72,16 +72,16 @@ def thinned(line: Array, slack: float) -> Array:
 
 
 def deformed(scene: Scene, deck: Deck, folder: Path, step: int | None) -> Scene:
-    """The scene with its outlines where a written step has them, the last one when none is asked for."""
+    """The scene with the outlines of a written step, default the last one."""
     if scene.walls:
-        raise Trouble("--run: bounds of what has deformed take no rigid bodies")
+        raise Trouble("--run: bounds of the deformed geometry do not support rigid bodies")
     if deck.find("RESET DISPLACEMENTS"):
-        raise Trouble("--run: *RESET DISPLACEMENTS: where the ground was drawn is no longer known")
+        raise Trouble("--run: *RESET DISPLACEMENTS: the initial geometry is no longer known")
     for state in (scene.before, scene.after):
         for name in {*state.tractions, *state.pushes, *state.supports}:
             surface = scene.surfaces[name]
             if surface.kind != "OUTLINE" or np.all(np.isfinite(surface.places)):
-                raise Trouble(f"--run: *SURFACE, NAME={name}: what has deformed takes loads on whole outlines only")
+                raise Trouble(f"--run: *SURFACE, NAME={name}: the deformed geometry supports loads on whole outlines only")
     points = read_points(folder, step)
     moved = points.field("displacement")[:, :2]
     start = points.field("position")[:, :2] - moved
@@ -89,7 +89,7 @@ def deformed(scene: Scene, deck: Deck, folder: Path, step: int | None) -> Scene:
     every = np.vstack(list(scene.bodies.values()))
 
     def side(a: Array, b: Array) -> Array:
-        """Where an edge has gone, but for its last place; the same from both sides."""
+        """The deformed edge without its last point; identical from both sides."""
         turned = tuple(b) < tuple(a)
         places = pieces(b, a, size) if turned else pieces(a, b, size)
         line = thinned(places + held_back(places, displacements(places, start, moved), scene, size), SLACK * size)
@@ -100,7 +100,7 @@ def deformed(scene: Scene, deck: Deck, folder: Path, step: int | None) -> Scene:
 
 
 def held_back(places: Array, shift: Array, scene: Scene, size: float) -> Array:
-    """Displacements of places; what comes to the planes of nodes that are held, or was there, lies on them."""
+    """Displacements of points; points that reach the planes of constrained nodes, or were on them, are on these planes."""
     for name, held in scene.after.held.items():
         low, high = scene.sets[name]
         for axis in (k for k in range(2) if "XY"[k] in held and low[k] == high[k]):

@@ -1,7 +1,7 @@
-"""Water that flows: the heads that the program finds for a phase (docs/methods/seepage.md), linear on its own triangles.
+"""Groundwater flow: the heads that the program computes for a phase (docs/methods/seepage.md), linear on its own triangles.
 
-A deck of that one phase, and of those that a flow in time begins from, with all nodes held costs next to nothing, and its material points stay where
-they are drawn, three in a triangle: their heads give those of the corners without an error.
+A deck of that phase, and of the phases from which a transient flow starts, with all nodes fixed is cheap, and its material points keep
+their initial positions, three in a triangle: their heads give those of the corners exactly.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ SECONDS = 600.0
 
 
 def flows(scene: Scene) -> bool:
-    """Whether water flows at one of the ends of the phase."""
+    """Whether there is groundwater flow at one of the ends of the phase."""
     return any(isinstance(level, Flow) for state in (scene.before, scene.after) for level in state.water.values())
 
 
 @dataclass(frozen=True)
 class Flow(Level):
-    """Water that flows as a card says, in a state and, where it is in time, the TIME of its phase from a flow before; it has no corners, and is
-    found when it is asked for."""
+    """Groundwater flow defined by a keyword, in a state and, if transient, the TIME of its phase after an earlier flow; it has no corners, and is
+    computed when required."""
 
     deck: Deck
     phase: str
@@ -49,30 +49,30 @@ class Flow(Level):
 
     @property
     def row(self) -> list[Flow]:
-        """The flows that it comes from, and itself."""
+        """The flows from which it starts, and itself."""
         return [*(self.before.row if self.before else []), self]
 
     def at(self, places: Array) -> Array:
-        """Heads, in place of the level."""
+        """Heads, instead of those of a level."""
         return self.heads.at(places.reshape(-1, 2)).reshape(places.shape[:-1])
 
     def lines(self, outlines: Array) -> Iterable[Array]:
-        """Its surface."""
+        """The phreatic surface."""
         return self.heads.surface(outlines)
 
     @cached_property
     def heads(self) -> Heads:
-        """Heads that the program finds."""
+        """Heads computed by the program."""
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "flow.inp").write_text(self.text(), encoding="utf-8")
             environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
             try:
                 ended = run_limited([PROGRAM, "run", "flow.inp", "--out", "out", "--quiet"], SECONDS, Path(folder), environment)
             except OSError as error:
-                raise RunFailed(f"*WATER LEVEL, TYPE=SEEPAGE: the program, which finds the flow, cannot be started: {error}") from error
+                raise RunFailed(f"*WATER LEVEL, TYPE=SEEPAGE: the program that computes the flow cannot be started: {error}") from error
             if ended.code != 0:
                 said = "; ".join(line.split(": ", 1)[-1] for line in ended.errors.splitlines() if ": warning: " not in line)
-                raise RunFailed(f"*WATER LEVEL, TYPE=SEEPAGE: phase '{self.phase}': the program finds no flow ({ended.how}): {said}")
+                raise RunFailed(f"*WATER LEVEL, TYPE=SEEPAGE: phase '{self.phase}': the program found no flow ({ended.how}): {said}")
             mesh, points = read_mesh(Path(folder) / "out"), read_points(Path(folder) / "out")
         corners = np.array([cell[:3] for cell in mesh.cells])
         own, share = shares(mesh.nodes[corners, :2], points.field("position")[:, :2])
@@ -81,7 +81,7 @@ class Flow(Level):
         return Heads(mesh.nodes[:, :2], corners[np.unique(own)], values)
 
     def text(self) -> str:
-        """The deck that the program runs: the model in the state, all nodes held."""
+        """The deck that the program runs: the model in the state, with all nodes fixed."""
         grid, idle = self.deck.find("GRID"), PASSED - {"UNITS", "ELASTIC"}
         assert grid is not None
         cards = [card for card in self.deck.cards[: [card.keyword for card in self.deck.cards].index("PHASE")] if card.keyword not in idle]
@@ -93,7 +93,7 @@ class Flow(Level):
         cards += [Card("NSET", (("NSET", "every node"), ("BOX", "")), ("-1e9, 1e9, -1e9, 1e9",))]
         for flow in self.row:
             if flow.state.active != self.state.active:
-                raise RunFailed(f"phase '{self.phase}': its water flows on from other bodies: bounds take flows in time through the same ones alone")
+                raise RunFailed(f"phase '{self.phase}': its flow continues from one through other bodies, which bounds do not support")
             cards.append(Card("PHASE", (("NAME", flow.phase), *((("TIME", flow.time),) if flow.time else ()))))
             cards += [Card("FIX", (), ("every node, ALL",)), Card("GRAVITY", (), ("0, -1",)), flow.card, Card("CONTROLS", (("STEPS", "1"),))]
             cards += [Card("SUPPORT", (("SURFACE", name), ("TYPE", kind))) for name, kind in self.state.supports.items()] if flow is self.row[0] else []

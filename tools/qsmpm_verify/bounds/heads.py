@@ -1,4 +1,4 @@
-"""Heads that are linear on triangles: at places, and the surface of the water, where they are no higher than the place."""
+"""Heads that are linear on triangles: at points, and the phreatic surface, where the head equals the elevation."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ SLACK, ASIDE = 0.02, 0.25
 
 @dataclass(frozen=True)
 class Heads:
-    """Triangles of the program that hold ground, and the heads at their corners (n, 3)."""
+    """Triangles of the program that contain ground, and the heads at their corners (n, 3)."""
 
     places: Array
     corners: Array
     values: Array
 
     def at(self, places: Array) -> Array:
-        """Heads at places (n, 2)."""
+        """Heads at points (n, 2)."""
         own, share = shares(self.places[self.corners], places)
         return np.asarray(np.sum(share * self.values[self.corners[own]], axis=1))
 
     def surface(self, outlines: Array) -> Iterable[Array]:
-        """Where the pressure begins, as lines; where it runs along an outline, as on a face that water leaves by, there is none."""
+        """Lines of zero pressure; where such a line follows an outline, as on a seepage face, there is none."""
         ends = self.corners[:, [[0, 1], [1, 2], [2, 0], [1, 0], [2, 1], [0, 2]]].reshape(-1, 2)
         long = np.linalg.norm(self.places[ends[:, 1]] - self.places[ends[:, 0]], axis=1)
         edge = float(long.max())
@@ -51,7 +51,7 @@ class Heads:
 
 
 def shares(corners: Array, places: Array) -> tuple[Array, Array]:
-    """The triangle (n, 3, 2) of each place, and its linear functions there; outside of all those of the border nearby."""
+    """The triangle (n, 3, 2) of each point, and its linear functions there; outside all triangles those of the nearby boundary."""
     near = cKDTree(corners.mean(axis=1)).query(places, k=range(1, min(BESIDE, len(corners)) + 1))[1]
     a, b, c = (corners[near, k] for k in range(3))
     apart = places[:, None] - a

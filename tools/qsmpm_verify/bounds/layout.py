@@ -1,7 +1,7 @@
-"""The lines of a scene that edges of triangles lie on, and the first triangles.
+"""The lines of a scene that edges of triangles follow, and the initial triangles.
 
-Weight, pore pressure, cohesion, loads and supports are then linear or constant on every triangle and edge, which makes the bounds strict: outlines,
-water levels and the verticals through their corners, levels of strength profiles, planes that are held, ends of loads.
+Weight, pore pressure, cohesion, loads and supports are then linear or constant on every triangle and edge, so that the bounds are rigorous: outlines,
+water levels and the verticals through their corners, levels of strength profiles, constrained planes, ends of loads.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from qsmpm_verify.trouble import Trouble
 
 
 def extent_of(scene: Scene) -> tuple[Array, Array]:
-    """Low and high corner of the ground."""
+    """Lower and upper corner of the ground."""
     every = np.vstack(list(scene.bodies.values()))
     return every.min(axis=0), every.max(axis=0)
 
 
 def body_of(scene: Scene, places: Array) -> Array:
-    """Number of the body that each place lies in, -1 outside; where bodies overlap that is an error."""
+    """Number of the body that contains each point, -1 outside; overlapping bodies are an error."""
     found = np.full(len(places), -1)
     for number, (name, outline) in enumerate(scene.bodies.items()):
         own = inside(places, outline)
@@ -47,7 +47,7 @@ def _pieces(low: Array, high: Array, ends: tuple[Array, Array]) -> Array:
 
 
 def _inner_lines(scene: Scene, outlines: Array) -> list[Array]:
-    """All lines but the outlines."""
+    """All lines except the outlines."""
     ends = extent_of(scene)
     found: list[Array] = [_pieces(*scene.sets[name], ends) for name, held in scene.after.held.items() if held]
     for state in (scene.before, scene.after):
@@ -66,7 +66,7 @@ def _inner_lines(scene: Scene, outlines: Array) -> list[Array]:
 
 
 def _ends_of_loads(scene: Scene, outlines: Array) -> Array:
-    """Places on outlines where a load or support begins."""
+    """Points on outlines where a load or support begins."""
     ends = extent_of(scene)
     found: list[Array] = [np.empty((0, 2))]
     state: State
@@ -87,7 +87,7 @@ def _ends_of_loads(scene: Scene, outlines: Array) -> Array:
 
 
 def first_triangles(scene: Scene, count: int) -> Triangles:
-    """About so many triangles, or more where the drawing asks for it."""
+    """A triangulation of about the given number of triangles, or more where the geometry requires it."""
     outlines = np.vstack([closed(outline) for outline in scene.bodies.values()])
     area = sum(area_of(outline) for outline in scene.bodies.values())
     size = math.sqrt(area / count * 4.0 / math.sqrt(3.0)) * 1.1
@@ -101,5 +101,5 @@ def first_triangles(scene: Scene, count: int) -> Triangles:
     areas, own = mesh.areas(), body_of(scene, mesh.places[mesh.corners].mean(axis=1))
     for number, (name, outline) in enumerate(scene.bodies.items()):
         if abs(areas[own == number].sum() / area_of(outline) - 1.0) > 1e-6:
-            raise Trouble(f"*BODY, NAME={name}: its outline cannot be filled with triangles; does it cross itself?")
+            raise Trouble(f"*BODY, NAME={name}: no triangular mesh can be generated inside its outline; does it intersect itself?")
     return mesh

@@ -1,4 +1,4 @@
-"""Drawn lines cut at each other: a plane graph whose edges meet at their ends only."""
+"""Lines of the geometry intersected with each other: a plane graph whose edges meet only at their ends."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def inside(places: Array, outline: Array) -> Array:
-    """Which places lie in a polygon."""
+    """Which points are inside a polygon."""
     x, y = places[:, 0][:, None], places[:, 1][:, None]
     a, b = outline, np.roll(outline, -1, axis=0)
     between = (a[:, 1] > y) != (b[:, 1] > y)
@@ -36,7 +36,7 @@ def closed(outline: Array) -> Array:
 
 
 def distance(places: Array, a: Array, b: Array) -> Array:
-    """Distance of places (n, 2) from segments (m, 2): (n, m)."""
+    """Distance of points (n, 2) from segments (m, 2): (n, m)."""
     along = b - a
     length = np.maximum(np.sum(along**2, axis=1), 1e-300)
     share = np.clip(((places[:, None] - a) * along).sum(-1) / length, 0.0, 1.0)
@@ -45,8 +45,8 @@ def distance(places: Array, a: Array, b: Array) -> Array:
 
 
 def healed(outline: Array, others: list[Array], near: float) -> Array:
-    """A polygon (n, 2) with its corners on those of others, or on their sides, where they miss by less than `near`, and with corners of
-    others that lie as near to its sides: bodies drawn by hand that miss one another by a hair touch."""
+    """A polygon (n, 2) with its corners moved to those of others, or to their sides, where the distance is less than `near`, and with corners of
+    others that are as near to its sides inserted: bodies whose outlines differ slightly are then in contact."""
     if not others:
         return outline
     corners, sides = np.vstack(others), np.vstack([closed(other) for other in others])
@@ -71,7 +71,7 @@ def healed(outline: Array, others: list[Array], near: float) -> Array:
 
 
 def crossings(segments: Array) -> Array:
-    """Places where segments cross each other."""
+    """Intersection points of segments."""
     a, d = segments[:, 0], segments[:, 1] - segments[:, 0]
     turn = cross(d[:, None], d[None])
     length = np.linalg.norm(d, axis=1)
@@ -85,7 +85,7 @@ def crossings(segments: Array) -> Array:
 
 
 def merged(places: Array, near: float) -> tuple[Array, Array]:
-    """Places without doubles, and the number of each place among them."""
+    """Points without duplicates, and the number of each point among them."""
     kept: list[int] = []
     number = np.empty(len(places), dtype=int)
     for k, place in enumerate(places):
@@ -100,7 +100,7 @@ def merged(places: Array, near: float) -> tuple[Array, Array]:
 
 
 def plane_graph(segments: Array, further: Array) -> tuple[Array, Array]:
-    """Corners and edges of segments (n, 2, 2) cut where they meet and at further places that lie on them."""
+    """Corners and edges of segments (n, 2, 2), divided where they intersect and at further points on them."""
     size = float(np.ptp(segments.reshape(-1, 2), axis=0).max())
     near = NEAR * size
     segments = segments[np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1) > near]

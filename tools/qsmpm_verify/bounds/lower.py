@@ -1,8 +1,8 @@
-"""Lower bound: stresses linear on each triangle, in balance inside and across edges, jumps along them allowed (Sloan 1988).
+"""Lower bound: stresses linear on each triangle, in equilibrium inside and across edges; they may jump along edges (Sloan 1988).
 
-The cones hold at the corners, so everywhere between them where cohesion and pore pressure are linear. Equations at a corner may depend on each other: around a
-crossing of two straight lines one of eight does, and at corners of the outline. Those are left out; where they contradict each other (a load that ends in
-a triangle has two tractions at one place) the triangles there are to be halved.
+The cone constraints hold at the corners, and therefore everywhere if cohesion and pore pressure are linear. Equations at a corner may be dependent: around a
+crossing of two straight lines one of eight is, and at corners of the outline. Dependent equations are omitted; where equations are inconsistent (a load that ends in
+a triangle has two tractions at one place) the triangles there are bisected.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SMALL = 1e-9
 
 @dataclass(frozen=True)
 class Traction:
-    """Equations at ends of edges: places of three or six coefficients, right sides, the corner of the mesh they belong to."""
+    """Equations at ends of edges: positions of three or six coefficients, right-hand sides, the corner of the mesh they belong to."""
 
     columns: Array
     values: Array
@@ -44,7 +44,7 @@ def traction_part(model: Model, edges: Array, unit: Array, end: int, side: int) 
 
 
 def tractions(model: Model, before: Loads, live: Loads, body: Array) -> Traction:
-    """Equations of all edges of soil alone along the directions that are free."""
+    """Equations of all edges between soil triangles along the free directions."""
     parts: list[tuple[Array, Array, Array, Array, Array]] = []
     for edges, unit in model.free_axes():
         soil = (np.where(model.sides[edges] < 0, -1, body[model.sides[edges]]) < 0).all(axis=1)
@@ -62,7 +62,7 @@ def tractions(model: Model, before: Loads, live: Loads, body: Array) -> Traction
 
 
 def _local(traction: Traction, rows: Array) -> Array:
-    """Dense equations at one corner, with both right sides behind."""
+    """Dense equations at one corner, followed by both right-hand sides."""
     used, place = np.unique(traction.columns[rows], return_inverse=True)
     found = np.zeros((len(rows), len(used) + 2))
     place = place.reshape(len(rows), -1)
@@ -73,7 +73,7 @@ def _local(traction: Traction, rows: Array) -> Array:
 
 
 def independent(model: Model, traction: Traction, scale: tuple[float, float]) -> tuple[Array, Array]:
-    """Which equations to keep, and corners where they contradict each other; `scale` is the size of both right sides."""
+    """Equations to keep, and corners where equations are inconsistent; `scale` is the magnitude of both right-hand sides."""
     keep = np.ones(len(traction.corner), dtype=bool)
     torn: list[int] = []
     order = np.argsort(traction.corner, kind="stable")
@@ -102,8 +102,8 @@ def independent(model: Model, traction: Traction, scale: tuple[float, float]) ->
 
 @dataclass(frozen=True)
 class Resultants:
-    """Balance of bodies that do not fail, an equation a motion: coefficients of the stresses around them, right sides; of each body its motions and the first
-    of its rows."""
+    """Equilibrium of bodies that do not fail, one equation for each motion: coefficients of the surrounding stresses, right-hand sides; the motions of each
+    body and the first of its rows."""
 
     matrix: sparse.csr_matrix
     dead: Array
@@ -112,7 +112,7 @@ class Resultants:
 
 
 def resultants(model: Model, before: Loads, live: Loads, body: Array) -> Resultants:
-    """What acts on the bodies, over the length of the scene."""
+    """Loads on the bodies, divided by the length of the scene."""
     rows, columns, values, motions = [], [], [], []
     sides: list[list[float]] = [[], []]
     first, whole = 0, float(np.ptp(model.mesh.places))
@@ -149,8 +149,8 @@ def resultants(model: Model, before: Loads, live: Loads, body: Array) -> Resulta
 
 
 def lower_balance(model: Model, before: Loads, live: Loads) -> tuple[Balance, Array]:
-    """Balance in triangles, across edges and of bodies that do not fail; the figure is the power of tractions that push. Corners to be halved at, none when all
-    is well."""
+    """Equilibrium in triangles, across edges and of bodies that do not fail; the objective is the power of the prescribed velocities. Also the corners to be
+    bisected, if any."""
     count, body = len(model.area), bodies_of(model, by_corners=False)
     slopes = model.gradients() * np.sqrt(model.area)[:, None, None]
     number = np.arange(count)
@@ -190,7 +190,7 @@ def lower_balance(model: Model, before: Loads, live: Loads) -> tuple[Balance, Ar
 
 
 def _figure(model: Model) -> Array | None:
-    """Power of the tractions on edges that are pushed."""
+    """Power of the tractions on edges with prescribed velocity."""
     edges = np.flatnonzero(model.pushed.any(axis=1))
     if not len(edges):
         return None

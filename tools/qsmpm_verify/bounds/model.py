@@ -1,4 +1,4 @@
-"""The scene on triangles: what weighs, presses and holds at both ends of a phase, and the cohesion, linear on each triangle."""
+"""The scene on triangles: weights, pressures and supports at both ends of a phase, and the cohesion, which is linear on each triangle."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class Loads:
         return Loads(self.weight - other.weight, self.pore - other.pore, self.traction - other.traction)
 
     def stress(self, size: float) -> float:
-        """Size of the stresses that the loads cause in a body of a size."""
+        """Magnitude of the stresses that the loads cause in a body of a given size."""
         return max(float(np.abs(self.weight).max(initial=0.0)) * size, float(np.abs(self.pore).max()), float(np.abs(self.traction).max()))
 
     def largest(self) -> float:
-        """Size of what acts; zero where nothing does."""
+        """Magnitude of the loads; zero without loads."""
         return max(float(np.abs(part).max(initial=0.0)) for part in (self.weight, self.pore, self.traction))
 
 
@@ -42,9 +42,9 @@ class Loads:
 class Model:
     """Triangles with their gradients, edges, strengths, loads before and after, supports.
 
-    `number` are the edges of a triangle, `sides` the triangles of an edge (-1: none), `normal` looks out of the first. `held` counts the
-    directions held on an edge, `direction` is the one where it is one; `pushed` is its velocity, or that of the rigid body that it is
-    `touching`; `joint` has tangent of friction and adhesion there, at both ends."""
+    `number` are the edges of a triangle, `sides` the triangles of an edge (-1: none), `normal` points out of the first. `held` counts the
+    constrained directions of an edge, `direction` is the direction if there is one; `pushed` is its velocity, or that of the rigid body in contact
+    (`touching`); `joint` contains tangent of friction and adhesion there, at both ends."""
 
     mesh: Triangles
     area: Array
@@ -66,14 +66,14 @@ class Model:
     props: tuple[Prop, ...] = ()
 
     def gradients(self) -> Array:
-        """Of the three linear functions of each triangle: (n, 3, 2)."""
+        """Gradients of the three linear functions of each triangle: (n, 3, 2)."""
         x, y = np.moveaxis(self.mesh.places[self.mesh.corners], 2, 0)
         b = np.stack([y[:, (k + 1) % 3] - y[:, (k + 2) % 3] for k in range(3)], 1)
         c = np.stack([x[:, (k + 2) % 3] - x[:, (k + 1) % 3] for k in range(3)], 1)
         return np.asarray(np.stack([b, c], 2) / (2.0 * self.area)[:, None, None])
 
     def free_axes(self) -> list[tuple[Array, Array]]:
-        """Edges and unit vectors along which they are free: both axes of those not held, one of those held in one direction."""
+        """Edges and unit vectors of their free directions: both axes of unconstrained edges, one of those constrained in one direction."""
         free, one = np.flatnonzero((self.held == 0) & ~self.touching), np.flatnonzero(self.held == 1)
         unit = np.eye(2)
         turned = np.stack([-self.direction[one, 1], self.direction[one, 0]], 1)
@@ -81,7 +81,7 @@ class Model:
 
 
 def _triangles_of(number: Array, edges: int) -> Array:
-    """Triangles on both sides of each edge; the second is -1 at the outside."""
+    """Triangles on both sides of each edge; the second is -1 on the boundary."""
     sides = np.full((edges, 2), -1)
     flat = number.ravel()
     order = np.argsort(flat, kind="stable")
@@ -93,7 +93,7 @@ def _triangles_of(number: Array, edges: int) -> Array:
 
 
 class _Placed:
-    """Triangles of a scene with the bodies they belong to and the faces that loads act on."""
+    """Triangles of a scene with the bodies they belong to and the loaded faces."""
 
     def __init__(self, scene: Scene, mesh: Triangles) -> None:
         self.scene, self.mesh = scene, mesh
@@ -117,7 +117,7 @@ class _Placed:
         return np.asarray(np.all((self.ends >= low - self.near) & (self.ends <= high + self.near), axis=(1, 2)))
 
     def on(self, name: str) -> Array:
-        """Outer edges on a surface."""
+        """Boundary edges on a surface."""
         surface: Surface = self.scene.surfaces[name]
         if surface.kind == "SEGMENT":
             a, b = surface.places[:, 0], surface.places[:, 1]
@@ -129,15 +129,15 @@ class _Placed:
             found = self.in_box(surface.places[0], surface.places[1])
             if surface.kind == "OUTLINE":
                 if surface.body not in self.names:
-                    raise Trouble(f"*SURFACE, NAME={name}: body '{surface.body}' is not there in this phase")
+                    raise Trouble(f"*SURFACE, NAME={name}: body '{surface.body}' is not active in this phase")
                 own = self.body[self.sides] == self.names.index(surface.body)
                 own[self.outer, 1] = False
                 found &= own[:, 0] ^ own[:, 1]
                 if np.any(found & ~self.outer):
-                    raise Trouble(f"*SURFACE, NAME={name}: part of it lies between two bodies; bounds take loads on outer faces only")
+                    raise Trouble(f"*SURFACE, NAME={name}: part of it is between two bodies; bounds support loads on outer faces only")
             found &= self.outer
         if not found.any():
-            raise Trouble(f"*SURFACE, NAME={name}: no outer face of the bodies lies on it")
+            raise Trouble(f"*SURFACE, NAME={name}: it contains no outer face of the bodies")
         return found
 
     def pore(self, state: State) -> Array:
@@ -154,7 +154,7 @@ class _Placed:
         return found
 
     def loads(self, state: State) -> Loads:
-        """What acts in a state; of bodies that are not there yet nothing does."""
+        """Loads of a state; inactive bodies have none."""
         pore = self.pore(state)
         weight = np.zeros((len(self.body), 2))
         for number, name in enumerate(self.names):
@@ -170,7 +170,7 @@ class _Placed:
         return Loads(weight, pore, self.tractions(state, pore))
 
     def tractions(self, state: State, pore: Array) -> Array:
-        """Of dead loads, pressures and free water at both ends of edges; inner edges have none."""
+        """Tractions of dead loads, pressures and free water at both ends of edges; inner edges have none."""
         found = np.zeros((len(self.edges), 2, 2))
         for name, vector in state.tractions.items():
             found[self.on(name)] += np.array(vector)
@@ -187,14 +187,14 @@ class _Placed:
         return found
 
     def supports(self) -> tuple[Array, Array, Array]:
-        """Number of directions held on each edge, the direction where it is one, the velocity of what is pushed."""
+        """Number of constrained directions of each edge, the direction if there is one, the prescribed velocity."""
         count = len(self.edges)
         first = np.zeros((count, 2))
         held = np.zeros(count, dtype=int)
         pushed = np.zeros((count, 2))
 
         def hold(edges: Array, direction: Array) -> None:
-            """One more direction."""
+            """Add a constrained direction."""
             parallel = np.abs(first[:, 0] * direction[:, 1] - first[:, 1] * direction[:, 0]) < 1e-9
             held[edges & (held == 1) & ~parallel] = 2
             new = edges & (held == 0)
@@ -217,7 +217,7 @@ class _Placed:
 
 
     def on_wall(self, wall: Wall) -> Array:
-        """Outer edges on the sides of a rigid body that looks at them."""
+        """Boundary edges on the sides of a rigid body that face it."""
         a, b = wall.sides[:, 0], wall.sides[:, 1]
         close = (distance(self.ends.reshape(-1, 2), a, b) <= self.near).reshape(-1, 2, len(a)).all(axis=1)
         ahead = b - a
@@ -227,19 +227,19 @@ class _Placed:
 
 
 def touched(placed: _Placed, cohesion: Array, pore: Array, held: Array, pushed: Array) -> tuple[Array, Array]:
-    """Edges that rigid bodies touch, with tangent of friction and adhesion at both ends (edges, 2, 2); their velocity is put into `pushed`."""
+    """Edges in contact with rigid bodies, with tangent of friction and adhesion at both ends (edges, 2, 2); their velocity is stored in `pushed`."""
     touching, joint = np.zeros(len(held), dtype=bool), np.zeros((len(held), 2, 2))
     first = placed.sides[:, 0]
     for name, wall in placed.scene.walls.items():
         edges = placed.on_wall(wall)
         if not edges.any():
-            raise Trouble(f"*RIGID BODY, NAME={name}: it touches no face of the bodies as they are drawn")
+            raise Trouble(f"*RIGID BODY, NAME={name}: it is not in contact with a face of the bodies in their initial geometry")
         if np.any(edges & (held > 0)):
-            raise Trouble(f"*RIGID BODY, NAME={name}: a face that it touches is held as well")
+            raise Trouble(f"*RIGID BODY, NAME={name}: a face in contact with it is also constrained")
         for end in range(2):
             corner = np.argmax(placed.mesh.corners[first] == placed.edges[:, end][:, None], axis=1)
             if np.any(pore[first, corner][edges] > 0.0):
-                raise Trouble(f"*RIGID BODY, NAME={name}: bounds take no water behind rigid bodies")
+                raise Trouble(f"*RIGID BODY, NAME={name}: bounds do not support water behind rigid bodies")
             if wall.share is None:
                 joint[edges, end] = wall.friction, wall.adhesion
             else:

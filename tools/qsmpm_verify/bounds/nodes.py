@@ -1,7 +1,7 @@
-"""Nodes of the upper bound: corners of triangles, then the middles of edges, and how they are held.
+"""Nodes of the upper bound: corners of triangles, then midpoints of edges, and their constraints.
 
-Velocities are continuous but where a rigid body moves along ground that is held beside it (the foot of a wall), or nodes that are pushed meet others
-that are not (the edge of a trapdoor): there every triangle has a node of its own, edges between them have two middles, and the soil slips along them by
+Velocities are continuous except where a rigid body moves along fixed ground beside it (the foot of a wall), or displacement-controlled nodes meet others
+(the edge of a trapdoor): there every triangle has its own node, edges between them have two midpoints, and the soil slips along them with
 its strength.
 """
 
@@ -20,8 +20,8 @@ from qsmpm_verify.trouble import Trouble
 
 @dataclass(frozen=True)
 class Nodes:
-    """Numbers on triangles (3 corners, 3 middles), and on edges by the side seen from (first end, second end, middle; -1 where there is no second side);
-    directions that are free (rows over 2 n), those of bodies that do not fail last; given velocities, edges along which velocities jump; the body that a
+    """Numbers on triangles (3 corners, 3 midpoints), and on edges for each side (first end, second end, midpoint; -1 if there is no second side);
+    free directions (rows over 2 n), those of bodies that do not fail last; prescribed velocities, edges along which velocities jump; the body that a
     triangle is part of, -1 for soil, and the motions of each with the first of their rows."""
 
     triangles: Array
@@ -33,17 +33,17 @@ class Nodes:
     motions: list[tuple[int, Motions]]
 
     def work(self, body: int, place: Array, force: Array) -> tuple[Array, Array]:
-        """Rows of the motions of a body, and the work of a force at a place on them."""
+        """Rows of the motions of a body, and the work of a force at a position on them."""
         first, motions = self.motions[body]
         return first + np.arange(len(motions.free)), motions.at(place[None])[:, 0] @ force
 
     def velocity(self, motion: Array) -> Array:
-        """Velocities of the nodes, by those of the free directions."""
+        """Velocities of the nodes from those of the free directions."""
         return np.asarray((self.free.T @ motion + self.given).reshape(-1, 2))
 
 
 def feet(model: Model) -> Array:
-    """Corners at which faces that a moving body touches meet held ones, and those at which a component has two velocities."""
+    """Corners at which faces in contact with a moving body meet constrained ones, and corners at which a component has two velocities."""
     moving = model.touching & model.pushed.any(axis=1)
     found = np.intersect1d(model.edges[moving].ravel(), model.edges[model.held > 0].ravel())
     at = model.edges[np.flatnonzero((model.held > 0) & model.pushed.any(axis=1))].ravel()
@@ -52,7 +52,7 @@ def feet(model: Model) -> Array:
 
 
 def contradict(model: Model, edges: Array) -> bool:
-    """Whether edges ask for two velocities of a component."""
+    """Whether edges require two velocities of a component."""
     for edge in edges:
         for axis in np.eye(2) if model.held[edge] == 2 else model.direction[edge][None]:
             alike = (model.held[edges] == 2) | (np.abs(model.direction[edges] @ axis) > 1.0 - 1e-9)
@@ -62,7 +62,7 @@ def contradict(model: Model, edges: Array) -> bool:
 
 
 def numbered(model: Model) -> tuple[Array, Array, int]:
-    """Numbers of the nodes on triangles, edges that are torn, and how many nodes there are."""
+    """Numbers of the nodes on triangles, edges with two midpoints, and the number of nodes."""
     corners = len(model.mesh.places)
     found = np.hstack([model.mesh.corners, corners + model.number])
     count, torn = corners + len(model.edges), []
@@ -79,7 +79,7 @@ def numbered(model: Model) -> tuple[Array, Array, int]:
 
 
 def on_edges(model: Model, triangles: Array) -> Array:
-    """Nodes of edges as each of their sides has them: (edges, 2, 3)."""
+    """Nodes of edges as seen from each side: (edges, 2, 3)."""
     found = np.full((len(model.edges), 2, 3), -1)
     for side in range(2):
         edges = np.flatnonzero(model.sides[:, side] >= 0)
@@ -93,7 +93,7 @@ def on_edges(model: Model, triangles: Array) -> Array:
 
 
 def nodes_of(model: Model) -> Nodes:
-    """Nodes and how they are held: by all edges that they lie on."""
+    """Nodes and their constraints, from all edges that contain them."""
     triangles, torn, count = numbered(model)
     edges = on_edges(model, triangles)
     held = np.zeros(count, dtype=int)
@@ -109,7 +109,7 @@ def nodes_of(model: Model) -> Nodes:
             direction[node] = model.direction[edge]
             if model.pushed[edge].any():
                 if pushed[node] and np.any(given[node] != model.pushed[edge]):
-                    raise Trouble("*PRESCRIBE: sets that touch are pushed with different velocities")
+                    raise Trouble("*PRESCRIBE: adjacent sets have different prescribed velocities")
                 given[node], pushed[node] = model.pushed[edge], True
     body = bodies_of(model, by_corners=True)
     part = np.full(count, -1)

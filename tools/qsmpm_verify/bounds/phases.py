@@ -1,4 +1,4 @@
-"""Cards of the phases: what acts at the end of each, and the scene of the one that is asked for."""
+"""Keywords of the phases: the loads at the end of each, and the scene of the requested phase."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ UNFAILING = 30.0
 
 @dataclass(frozen=True)
 class Phase:
-    """A phase as it was read: its state, what it pushes."""
+    """A phase as read: its state, its prescribed motions."""
 
     name: str
     state: State
@@ -44,14 +44,14 @@ class Phases:
         self.done: dict[str, Phase] = {}
 
     def read(self, cards: list[Card]) -> Phase:
-        """A phase of its cards."""
+        """A phase from its keywords."""
         head = cards[0]
         only(head, TYPE=("LOADING", "SAFETY"))
         name = name_of(head, "NAME")
         last = list(self.done.values())[-1].state if self.done else self.none
         parent = next((v.strip('"') for k, v in head.parameters if plain(k) == "PARENT"), "")
         if parent and parent not in self.done:
-            raise refuse(head, f"PARENT={parent} is no earlier phase")
+            raise refuse(head, f"PARENT={parent} is not an earlier phase")
         start = self.done[parent].state if parent else last
         factor = float(head.value("LOAD FACTOR") or 1.0)
         self.state = replace(
@@ -70,13 +70,13 @@ class Phases:
             before = water if isinstance(water, Flow) else None
             self.state.water[""] = Flow(np.empty((0, 2)), weight, self.reader.deck, name, self.flowing, self.state, head.value("TIME") or "", before)
         elif self.state.active != start.active and isinstance(self.state.water.get(""), Flow):
-            raise refuse(head, f"phase '{name}' changes bodies that water flows through: repeat *WATER LEVEL, TYPE=SEEPAGE in it")
+            raise refuse(head, f"phase '{name}' changes bodies with groundwater flow: repeat *WATER LEVEL, TYPE=SEEPAGE in it")
         phase = Phase(name, self.state, start, factor, head.value("TYPE") == "SAFETY", self.flow, self.pushed, self.initial, self.moved)
         self.done[name] = phase
         return phase
 
     def take(self, card: Card) -> None:
-        """A card of a phase."""
+        """A keyword of a phase."""
         words: dict[str, Callable[[Card], None]] = {
             "FIX": self.fix, "PRESCRIBE": self.prescribe, "GRAVITY": self.gravity, "TRACTION": self.traction, "PRESSURE": self.pressure,
             "WATER LEVEL": self.level, "SUPPORT": self.support, "ACTIVATE": self.activate, "DEACTIVATE": self.deactivate,
@@ -86,16 +86,16 @@ class Phases:
         if card.keyword in words:
             words[card.keyword](card)
         elif card.keyword not in PASSED:
-            raise refuse(card, "limit analysis here does not know it")
+            raise refuse(card, "not supported by limit analysis")
 
     def known(self, card: Card, name: str, table: Container[str]) -> str:
-        """A name that is there."""
+        """A name that must be defined."""
         if name not in table:
-            raise refuse(card, f"'{name}' is not there")
+            raise refuse(card, f"'{name}' is not defined")
         return name
 
     def fix(self, card: Card) -> None:
-        """Components of node sets that are held."""
+        """Constrained components of node sets."""
         for row in card.data():
             name = self.known(card, row[0].strip('"'), self.reader.sets)
             held = self.state.held.get(name, "")
@@ -104,7 +104,7 @@ class Phases:
             self.state.held[name] = held
 
     def prescribe(self, card: Card) -> None:
-        """Components of node sets that are pushed: held, and the limit is that of the force that pushes."""
+        """Displacement-controlled components of node sets: constrained, and the limit is that of the reaction force."""
         for row in card.data():
             name, axis = self.known(card, row[0].strip('"'), self.reader.sets), plain(row[1])
             value = numbers(card, row[2:], 1, 1)[0]
@@ -123,7 +123,7 @@ class Phases:
         self.state.tractions[self.known(card, name_of(card, "SURFACE"), self.reader.surfaces)] = (x, y)
 
     def pressure(self, card: Card) -> None:
-        """A pressure on a surface, or that of water against it."""
+        """A pressure on a surface, or a water pressure on it."""
         name = self.known(card, name_of(card, "SURFACE"), self.reader.surfaces)
         if card.value("LEVEL") is not None:
             gradient = self.factor * float(card.value("UNIT WEIGHT") or "nan")
@@ -133,7 +133,7 @@ class Phases:
             self.state.pushes[name] = Push(self.factor * p, self.factor * gradient, y, False)
 
     def level(self, card: Card) -> None:
-        """Water in the ground and above it."""
+        """Groundwater and free water."""
         only(card, TYPE=("LINE", "NONE", "SEEPAGE"))
         body = name_of(card, "BODY") if card.value("BODY") is not None else ""
         if card.value("TYPE") == "NONE":
@@ -145,38 +145,38 @@ class Phases:
             self.state.water[body] = Level(corners, float(card.value("UNIT WEIGHT") or "nan"))
 
     def support(self, card: Card) -> None:
-        """A surface that is held."""
+        """A constrained surface."""
         only(card, TYPE=("FREE", "NORMAL", "ALL"))
         self.state.supports[self.known(card, name_of(card, "SURFACE"), self.reader.surfaces)] = card.value("TYPE") or "NORMAL"
 
     def activate(self, card: Card) -> None:
-        """Bodies put in place, as they are drawn."""
+        """Activated bodies, in their initial geometry."""
         names = {self.known(card, row[0].strip('"'), self.reader.bodies) for row in card.data()}
         self.state = replace(self.state, active=self.state.active | names)
 
     def deactivate(self, card: Card) -> None:
-        """Bodies taken out."""
+        """Deactivated bodies."""
         names = {self.known(card, row[0].strip('"'), self.reader.bodies) for row in card.data()}
         self.state = replace(self.state, active=self.state.active - names)
 
     def install(self, card: Card) -> None:
-        """Props put in place: what they are jacked to changes no limit."""
+        """Activated props: prestress does not change the limit."""
         names = {self.known(card, row[0].strip('"'), self.reader.props) for row in card.data()}
         self.state = replace(self.state, props=self.state.props | names)
 
     def remove(self, card: Card) -> None:
-        """Props taken out."""
+        """Deactivated props."""
         names = {self.known(card, row[0].strip('"'), self.reader.props) for row in card.data()}
         self.state = replace(self.state, props=self.state.props - names)
 
     def change(self, card: Card) -> None:
-        """Bodies of another material."""
+        """Bodies with another material."""
         for row in card.data():
             body = self.known(card, row[0].strip('"'), self.reader.bodies)
             self.state.materials[body] = self.known(card, row[1].strip('"'), self.reader.materials)
 
     def safety(self, card: Card) -> None:
-        """The flow rule of a search for a factor."""
+        """The flow rule of a search for a factor of safety."""
         only(card, FLOW=("MATERIAL", "DAVIS A", "DAVIS B"))
         self.flow = card.value("FLOW") or "MATERIAL"
 
@@ -184,17 +184,17 @@ class Phases:
         """The motion of a rigid body in the phase."""
         body = self.known(card, name_of(card, "BODY"), self.reader.touching)
         if float(card.value("ROTATION") or 0.0) != 0.0:
-            raise refuse(card, "bounds take bodies that do not turn")
+            raise refuse(card, "bounds support bodies without rotation only")
         x, y = numbers(card, card.data()[0], 2, 2)
         self.moved[body] = (x, y)
 
     def stresses(self, card: Card) -> None:
-        """Stresses at the start change no limit load; the loads of their phase act from its start."""
+        """Initial stresses do not change a limit load; the loads of their phase act from its start."""
         self.initial = card.value("TYPE") not in (None, "KEEP")
 
 
 def phase_cards(deck: Deck) -> list[list[Card]]:
-    """The cards of each phase."""
+    """The keywords of each phase."""
     found: list[list[Card]] = []
     for card in deck.cards:
         if card.keyword == "PHASE":
@@ -205,7 +205,7 @@ def phase_cards(deck: Deck) -> list[list[Card]]:
 
 
 def unfailing(reader: Reader) -> dict[str, Material]:
-    """The materials; those without a strength, as concrete, have one that no load of the weight of the scene exhausts."""
+    """The materials; those without a strength, such as concrete, get one that no load of the magnitude of the weight of the scene exhausts."""
     places = np.concatenate([np.asarray(body) for body in reader.bodies.values()])
     weight = max([material.weight for material in reader.materials.values()] + [material.saturated for material in reader.materials.values()])
     cohesion = max([material.strength.cohesion for material in reader.materials.values() if material.strength is not None] + [0.0])
@@ -214,32 +214,32 @@ def unfailing(reader: Reader) -> dict[str, Material]:
 
 
 def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Scene:
-    """The scene at a phase, the last one when none is asked for; `factor` asks for the factor of safety at its end."""
+    """The scene at a phase, default the last one; `factor` requests the factor of safety at its end."""
     reader = Reader(deck)
     phases, groups = Phases(reader), phase_cards(deck)
     names = [name_of(group[0], "NAME") for group in groups]
     if not names or (asked is not None and asked not in names):
-        raise Trouble(f"{deck.path}: no phase {asked or ''}; there are {', '.join(names) or 'none'}")
+        raise Trouble(f"{deck.path}: unknown phase {asked or ''}; known are {', '.join(names) or 'none'}")
     chosen = names.index(asked) if asked is not None else len(names) - 1
     phase = [phases.read(group) for group in groups[: chosen + 1]][-1]
     safety = phase.safety or factor
     if not safety and (phase.start.active != phase.state.active or phase.start.materials != phase.state.materials):
-        raise Trouble(f"phase '{phase.name}': *ACTIVATE, *DEACTIVATE and *CHANGE MATERIAL are no loads; ask for its factor of safety (--factor)")
+        raise Trouble(f"phase '{phase.name}': *ACTIVATE, *DEACTIVATE and *CHANGE MATERIAL are not loads; request its factor of safety (--factor)")
     used = {phase.state.materials[name] for name in phase.state.active}
     for name in sorted(used):
         if name not in reader.materials:
-            raise Trouble(f"*BODY: material '{name}' is not there")
+            raise Trouble(f"*BODY: material '{name}' is not defined")
         material = reader.materials[name]
         if material.refused:
-            raise Trouble(f"{material.refused}: limit analysis here does not know it")
+            raise Trouble(f"{material.refused}: not supported by limit analysis")
     if all(reader.materials[name].strength is None for name in used):
-        raise Trouble("no material has *MOHR COULOMB, so nothing fails")
+        raise Trouble("no material has *MOHR COULOMB, so no body can fail")
     x, y = phase.state.gravity
     if (x != 0.0 or y > 0.0) and any(phase.state.water.values()):
-        raise Trouble("*WATER LEVEL: bounds take water where gravity points along -y; turn the deck")
+        raise Trouble("*WATER LEVEL: bounds support water only if gravity is along -y; rotate the deck")
     start = phase.state if phase.initial else phase.start
     if reader.touching and safety:
-        raise Trouble("*RIGID BODY: bounds take rigid bodies that a phase moves, not factors of safety beside them")
+        raise Trouble("*RIGID BODY: bounds support rigid bodies that a phase moves, not factors of safety with rigid bodies")
     fastest = max([abs(value) for value in phase.pushed.values()] + [float(np.hypot(*motion)) for motion in phase.moved.values()], default=1.0)
     walls = {name: replace(reader.walls[name], velocity=_over(phase.moved.get(name, (0.0, 0.0)), fastest)) for name in sorted(reader.touching)}
     pushed = {} if safety else {place: value / fastest for place, value in phase.pushed.items()}
@@ -251,5 +251,5 @@ def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Sc
 
 
 def _over(motion: tuple[float, float], fastest: float) -> tuple[float, float]:
-    """A motion over the largest one."""
+    """A motion divided by the largest one."""
     return (motion[0] / fastest, motion[1] / fastest) if fastest > 0.0 else motion

@@ -1,4 +1,4 @@
-"""Picture of the mechanism of the upper bound: what is dissipated, velocities as displaced outlines of the triangles."""
+"""Figure of the mechanism of the upper bound: dissipation, and velocities as displaced outlines of the triangles."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOVED = 0.06
 
 
 def draw_mechanism(scene: Scene, found: Found, path: Path) -> Path:
-    """Triangles moved by the mechanism, coloured by what they dissipate per area."""
+    """Triangles displaced by the mechanism, coloured by the dissipation per area."""
     mechanism = found.mechanism
     mesh = mechanism.model.mesh
     low, high = mesh.places.min(axis=0), mesh.places.max(axis=0)

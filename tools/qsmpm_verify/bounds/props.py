@@ -1,4 +1,4 @@
-"""Props: forces along the line between two places of bodies that do not fail, unknowns behind the stresses, within what they bear."""
+"""Props: forces along the line between two points of bodies that do not fail, unknowns after the stresses, within their capacity."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def limits_of(props: tuple[Prop, ...]) -> Array:
 
 
 def columns_of(model: Model, body: Array, rows: int, work: Callable[[int, Array, Array], tuple[Array, Array]]) -> Array:
-    """A tension of one in each prop on the equations (rows, n): of a body, a place and a force there `work` tells the rows and what they get."""
+    """Coefficients of a unit tension of each prop in the equations (rows, n): `work` gives the rows of a body for a force at a position, and their coefficients."""
     found = np.zeros((rows, len(model.props)))
     for number, prop in enumerate(model.props):
         along = (prop.ends[1] - prop.ends[0]) / np.linalg.norm(prop.ends[1] - prop.ends[0])
         for place, pull in [(prop.ends[0], along)] + ([] if prop.fixed else [(prop.ends[1], -along)]):
             on = body_at(model, body, place)
             if on < 0:
-                raise Trouble(f"*PROP: its end at ({place[0]:g}, {place[1]:g}) lies in no body without *MOHR COULOMB; bounds take props between such bodies")
+                raise Trouble(f"*PROP: its end at ({place[0]:g}, {place[1]:g}) is not in a body without *MOHR COULOMB; bounds support props between such bodies only")
             own, values = work(on, place, pull)
             found[own, number] += values
     return found

@@ -1,6 +1,6 @@
-"""Cards of the model: bodies, materials, surfaces and node sets.
+"""Keywords of the model: bodies, materials, surfaces and node sets.
 
-Cards that change no limit load (stiffness, method, steps, histories) are passed over; any other card is an error that names it.
+Keywords without influence on a limit load (stiffness, method, steps, histories) are ignored; any other keyword is an error that names it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TOUCHING = 0.05
 
 
 class Reader:
-    """Cards of the model one after the other, then those of the phases up to the one asked for."""
+    """Keywords of the model in their order, then those of the phases up to the requested one."""
 
     def __init__(self, deck: Deck) -> None:
         self.deck = deck
@@ -41,7 +41,7 @@ class Reader:
         self.units = ("", "")
         grid = deck.find("GRID")
         if grid is None:
-            raise Trouble("no *GRID: bounds take bodies that are drawn on one")
+            raise Trouble("no *GRID: bounds support bodies defined on a grid only")
         self.steps = grid_lines(grid)
         self.near = TOUCHING * min(float(np.diff(lines).min()) for lines in self.steps)
         self.on_lines = grid.value("ELEMENT") is not None and grid.value("FIT") != "YES"
@@ -63,7 +63,7 @@ class Reader:
             elif card.keyword in words:
                 words[card.keyword](card)
             elif card.keyword not in PASSED:
-                raise refuse(card, "limit analysis here does not know it")
+                raise refuse(card, "not supported by limit analysis")
 
     def now(self, **changes: object) -> None:
         """Change the material that is being read."""
@@ -91,7 +91,7 @@ class Reader:
             self.absent.add(name)
 
     def begin_material(self, card: Card) -> None:
-        """The properties that follow are its own."""
+        """The following properties belong to this material."""
         self.material = name_of(card, "NAME")
         self.materials[self.material] = Material()
 
@@ -104,7 +104,7 @@ class Reader:
         self.now(strength=Strength(c, phi, psi, tension))
 
     def unit_weight(self, card: Card) -> None:
-        """Above and below the water."""
+        """Unit weights above and below the water level."""
         values = numbers(card, card.data()[0], 1, 2)
         self.now(weight=values[0], saturated=values[-1])
 
@@ -114,24 +114,24 @@ class Reader:
             self.now(refused=f"*UNDRAINED, TYPE=A of material '{self.material}'")
 
     def profile(self, card: Card) -> None:
-        """Cohesion by place."""
+        """Cohesion as a function of position."""
         only(card, TYPE=("LINEAR", "TABLE"), ALONG=("X", "Y"))
         strength = self.materials[self.material].strength
         if strength is None:
-            raise refuse(card, "stands above *MOHR COULOMB; bounds want it below")
+            raise refuse(card, "is before *MOHR COULOMB; bounds require it after")
         rows = [numbers(card, row, 2, 3) for row in card.data()]
         axis = 0 if card.value("ALONG") == "X" else 1
         levels = profile_of(card.value("TYPE") or "LINEAR", rows, strength.cohesion)
         self.now(strength=replace(strength, profile=levels, axis=axis))
 
     def values(self, card: Card) -> None:
-        """Parameters by samples: stiffness and permeability change no limit load."""
+        """Parameters from samples: stiffness and permeability do not change a limit load."""
         for row in card.data():
             if plain(row[0]) not in ("E", "K"):
-                raise refuse(card, f"{plain(row[0])} by samples is not linear on the triangles of a strict bound; *STRENGTH PROFILE by depth is")
+                raise refuse(card, f"{plain(row[0])} from samples is not linear on the triangles, as a rigorous bound requires; *STRENGTH PROFILE by depth is")
 
     def rigid_body(self, card: Card) -> None:
-        """A box, a polygon or a plane whose normal looks at the soil; edges as sharp as they are drawn without ROUND."""
+        """A box, a polygon or a plane whose normal points to the soil; without ROUND edges are sharp."""
         only(card, SHAPE=("BOX", "POLYGON", "PLANE"), IN_PLACE=("NO",))
         rows, shape = card.data(), card.value("SHAPE")
         if shape == "PLANE":
@@ -148,17 +148,17 @@ class Reader:
         self.walls[name_of(card, "NAME")] = Wall(sides)
 
     def prop(self, card: Card) -> None:
-        """Two places; what is not limited bears all."""
+        """Two points; without limits the capacity is unbounded."""
         row = [word.split("=")[-1] for word in card.data()[0]]
         limits = (float(card.value("COMPRESSION LIMIT") or "inf"), float(card.value("TENSION LIMIT") or "inf"))
         self.props[name_of(card, "NAME")] = Prop(np.array(numbers(card, row, 4, 4)).reshape(2, 2), card.value("FIXED") == "YES", limits)
 
     def contact(self, card: Card) -> None:
-        """Which surface touches a body, and how it slides."""
+        """The surface in contact with a body, and the friction and adhesion."""
         only(card, TENSION=("NO",))
         body = name_of(card, "BODY")
         if body not in self.walls:
-            raise refuse(card, f"rigid body '{body}' is not there")
+            raise refuse(card, f"rigid body '{body}' is not defined")
         given = {key: float(card.value(key) or "nan") for key in ("FRICTION ANGLE", "ADHESION", "INTERFACE") if card.value(key) is not None}
         surface = name_of(card, "SURFACE") if card.value("SURFACE") is not None else ""
         self.walls[body] = replace(
@@ -168,7 +168,7 @@ class Reader:
         self.touching.add(body)
 
     def surface(self, card: Card) -> None:
-        """Where loads act or supports hold."""
+        """Surfaces for loads or supports."""
         only(card, TYPE=("BOX", "SEGMENT", "OUTLINE"))
         rows, kind = card.data(), card.value("TYPE") or "BOX"
         if kind == "SEGMENT":
@@ -193,17 +193,17 @@ class Reader:
                 if len(inside):
                     low[axis], high[axis] = inside[0], inside[-1]
         else:
-            raise refuse(card, f"'{name}' by labels of nodes; bounds take PLANE or BOX")
+            raise refuse(card, f"'{name}' by node labels; bounds support PLANE or BOX only")
         self.weld(name, low, high)
         self.sets[name] = (low, high)
 
     def weld(self, name: str, low: Array, high: Array) -> None:
-        """Ends of a box of nodes put onto those of sets before it that they miss by a hair: no triangle is as narrow, and ground there is held by neither."""
+        """Ends of a node box moved to those of earlier sets if the distance is small: no triangle is as narrow, and ground in between is constrained by neither."""
         for other, ends in self.sets.items():
             if np.any(low > ends[1] + self.near) or np.any(high < ends[0] - self.near):
                 continue
             for mine, axis, end in ((mine, axis, end) for mine in (low, high) for axis in range(2) for end in ends):
                 miss = abs(mine[axis] - end[axis])
                 if 0.0 < miss < self.near and end[axis] not in (low[axis], high[axis]):
-                    self.said.append(f"set '{name}' ends {miss:.3g} from set '{other}' along {'XY'[axis]}: taken for touching")
+                    self.said.append(f"set '{name}' ends {miss:.3g} from set '{other}' along {'XY'[axis]}: treated as touching")
                     mine[axis] = end[axis]

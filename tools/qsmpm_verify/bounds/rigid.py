@@ -1,8 +1,8 @@
-"""Bodies that do not fail: they move as one, so their stresses are no unknowns, and what acts on them is in balance as a whole.
+"""Bodies that do not fail: they move as rigid bodies, so their stresses are not unknowns, and the forces on each body are in equilibrium as a whole.
 
-In the upper bound all nodes of such a body have its motions; in the lower one the tractions of the soil around it, its weight and its loads do no work on them.
-A motion is v = (a - w (y - y_0), b + w (x - x_0)) with w over the size of the body; those that supports take are left out. A body with faces that are pushed
-or touched by a *RIGID BODY stays one of soil that is strong enough.
+In the upper bound all nodes of such a body have its motions; in the lower bound the tractions of the surrounding soil, its weight and its loads do no work on them.
+A motion is v = (a - w (y - y_0), b + w (x - x_0)) with w over the size of the body; motions prevented by supports are omitted. A body with displacement-controlled faces
+or in contact with a *RIGID BODY remains a soil body with sufficient strength.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from qsmpm_verify.results import Array
 
 @dataclass(frozen=True)
 class Motions:
-    """Motions of a body that are free: its centre and size, and a, b, w of each (m, 3)."""
+    """Free motions of a body: its centre and size, and a, b, w of each (m, 3)."""
 
     centre: Array
     size: float
     free: Array
 
     def at(self, places: Array) -> Array:
-        """Velocities of each motion at places (n, 2): (m, n, 2)."""
+        """Velocities of each motion at positions (n, 2): (m, n, 2)."""
         apart = (places - self.centre) / self.size
         turn = np.stack([-apart[:, 1], apart[:, 0]], 1)
         return np.asarray(self.free[:, None, :2] + self.free[:, 2, None, None] * turn)
 
 
 def motions_of(places: Array, at: Array, direction: Array) -> Motions:
-    """Motions of a body with corners (n, 2), held at places along directions (k, 2)."""
+    """Motions of a body with corners (n, 2), constrained at positions along directions (k, 2)."""
     whole = Motions(places.mean(axis=0), float(np.ptp(places, axis=0).max()), np.eye(3))
     if not len(at):
         return whole
@@ -44,7 +44,7 @@ def motions_of(places: Array, at: Array, direction: Array) -> Motions:
 
 
 def bodies_of(model: Model, by_corners: bool) -> Array:
-    """Number of the body that each triangle is part of, -1 for soil: triangles that do not fail, joined by edges, or by corners too."""
+    """Number of the body of each triangle, -1 for soil: triangles that do not fail, connected by edges, or by corners as well."""
     rigid = np.array([not strength.fails for strength in model.strengths])[model.material]
     count, corners = len(rigid), len(model.mesh.places)
     if by_corners:
@@ -61,7 +61,7 @@ def bodies_of(model: Model, by_corners: bool) -> Array:
 
 
 def body_at(model: Model, body: Array, place: Array) -> int:
-    """The body that a place lies in or on, -1 for none."""
+    """The body that contains a position, boundary included, -1 for none."""
     corners = model.mesh.places[model.mesh.corners]
     ahead = np.roll(corners, -1, axis=1)
     inside = np.all(cross(ahead - corners, place - corners) >= 0.0, axis=1)

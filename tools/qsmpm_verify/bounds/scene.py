@@ -13,7 +13,7 @@ from qsmpm_verify.results import Array
 
 @dataclass(frozen=True)
 class Surface:
-    """SEGMENT: pieces of start and end. BOX: low and high corner. OUTLINE: of a body, of what is in the box where there is one."""
+    """SEGMENT: pieces of start and end. BOX: lower and upper corner. OUTLINE: of a body, or of the part inside the box if there is one."""
 
     kind: str
     places: Array
@@ -22,7 +22,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class Push:
-    """A pressure that grows downwards from a height, not below zero where it is that of water."""
+    """A pressure that increases downwards from a height, not negative if it is a water pressure."""
 
     value: float
     gradient: float
@@ -32,17 +32,17 @@ class Push:
 
 @dataclass(frozen=True)
 class Level:
-    """A water level: its corners, the weight of water."""
+    """A water level: its corners, the unit weight of water."""
 
     corners: Array
     weight: float
 
     def at(self, places: Array) -> Array:
-        """Its height over places."""
+        """Its height at positions."""
         return np.asarray(np.interp(places[..., 0], *self.corners.T))
 
     def lines(self, outlines: Array) -> Iterable[Array]:
-        """The level from end to end of the outlines, and verticals down from its corners."""
+        """The level from end to end of the outlines, and verticals downwards from its corners."""
         low, high = outlines.min(axis=(0, 1)), outlines.max(axis=(0, 1))
         every = np.unique(np.concatenate([np.clip(self.corners[:, 0], low[0], high[0]), [low[0], high[0]]]))
         heights = np.interp(every, self.corners[:, 0], self.corners[:, 1])
@@ -54,7 +54,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Prop:
-    """A spring between two places, or from one to another that does not move; largest compression and tension."""
+    """A spring between two points, or between a point and a fixed one; largest compression and tension."""
 
     ends: Array
     fixed: bool
@@ -63,7 +63,7 @@ class Prop:
 
 @dataclass(frozen=True)
 class State:
-    """What acts at the end of a phase."""
+    """Loads and constraints at the end of a phase."""
 
     gravity: tuple[float, float] = (0.0, 0.0)
     tractions: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -78,7 +78,7 @@ class State:
 
 @dataclass(frozen=True)
 class Material:
-    """Strength and weights of a material; `refused` is the card that limit analysis cannot take."""
+    """Strength and unit weights of a material; `refused` is the keyword that limit analysis does not support."""
 
     strength: Strength | None = None
     weight: float = 0.0
@@ -88,8 +88,8 @@ class Material:
 
 @dataclass(frozen=True)
 class Wall:
-    """A rigid body in contact: its sides as pieces of start and end with the body on their left, the surface of the soil that may touch it
-    (empty: any), tangent of friction and adhesion, or the share of the soil's strength that both are; its velocity."""
+    """A rigid body in contact: its sides as pieces of start and end with the body on their left, the soil surface that may be in contact with it
+    (empty: any), tangent of friction and adhesion, or the share of the soil strength that defines both; its velocity."""
 
     sides: Array
     surface: str = ""
@@ -101,7 +101,7 @@ class Wall:
 
 @dataclass(frozen=True)
 class Scene:
-    """A deck at one of its phases: the ground, what acts before and after, and what is asked for."""
+    """A deck at one of its phases: the ground, the loads before and after, and the requested result."""
 
     bodies: dict[str, Array]
     materials: dict[str, Material]
@@ -116,13 +116,13 @@ class Scene:
     pushed: dict[tuple[str, str], float]
     units: tuple[str, str]
     steps: tuple[Array, Array]
-    """Lines of the grid along x and y."""
+    """Grid lines along x and y."""
     walls: dict[str, Wall] = field(default_factory=dict)
     props: tuple[Prop, ...] = ()
     said: tuple[str, ...] = ()
-    """What was read otherwise than it stands."""
+    """Notes on data that were interpreted differently from the deck."""
 
     @property
     def pushes(self) -> bool:
-        """Whether nodes or rigid bodies are pushed: the answer is the force that does."""
+        """Whether nodes or rigid bodies have a prescribed motion: the result is then its force."""
         return bool(self.pushed) or any(wall.velocity != (0.0, 0.0) for wall in self.walls.values())

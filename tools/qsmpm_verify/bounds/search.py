@@ -1,7 +1,7 @@
-"""The limit load or force of a phase, or the factor of safety at its end, from above and below; triangles halved where most is dissipated.
+"""The limit load or force of a phase, or the factor of safety at its end, from above and below; triangles are bisected where the dissipation is largest.
 
-A factor F is that at which the margin of the strength lowered by F is zero: the margin is the stress that all cones may lose with balance kept.
-Its slope with F is known from the duals, so Newton's steps find F; the bound is a factor at which a solved margin has the right sign.
+The factor F is that at which the margin of the strength divided by F is zero: the margin is the stress by which all cones can be reduced in equilibrium.
+Its slope with F is known from the duals, so Newton's method finds F; the bound is a factor at which a computed margin has the correct sign.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ MOST_SCALES = 2
 
 @dataclass(frozen=True)
 class Bound:
-    """A bound, or what the solver said instead of Solved."""
+    """A bound, or the status of the solver if not Solved."""
 
     value: float
     status: str
@@ -46,13 +46,13 @@ class Bound:
 
     @property
     def solved(self) -> bool:
-        """Whether it is one."""
+        """Whether it is a bound."""
         return self.status == "Solved"
 
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Velocities of the nodes and what is dissipated per area in each triangle."""
+    """Velocities of the nodes and dissipation per area in each triangle."""
 
     model: Model
     nodes: Nodes
@@ -62,7 +62,7 @@ class Mechanism:
 
 @dataclass
 class Found:
-    """All that a search has found."""
+    """Results of a search."""
 
     kind: Kind
     upper: Bound
@@ -74,13 +74,13 @@ class Found:
 
     @property
     def both(self) -> bool:
-        """Whether both bounds are there and in their order."""
+        """Whether both bounds exist and are in the correct order."""
         low, high = self.lower.value, self.upper.value
         return self.upper.solved and self.lower.solved and low - high <= ORDER * max(abs(low), abs(high))
 
 
 class Side:
-    """One of the two bounds on a mesh, the upper one with nodes: its balance, and its cones at a factor."""
+    """One of the two bounds on a mesh, the upper one with nodes: its equilibrium, and its cones at a factor."""
 
     def __init__(self, model: Model, balance: Balance, kind: Kind, loads: tuple[Loads, Loads], flow: str, nodes: Nodes | None) -> None:
         above = nodes is not None
@@ -95,7 +95,7 @@ class Side:
         self.joint = upper_joint(model, nodes, flow) if nodes is not None else lower_joint(model)
 
     def stretch(self, by: float) -> None:
-        """The balance in a unit of stress so many times as large."""
+        """The equilibrium equations in a unit of stress multiplied by a factor."""
         old = self.balance
         self.balance = replace(old, dead=old.dead / by, live=old.live / by, limits=old.limits / by)
 
@@ -104,7 +104,7 @@ class Side:
         return None if self.joint is None else replace(self.joint, adhesion=self.joint.adhesion / self.scale)
 
     def cones(self, factor: float) -> Yield:
-        """Cones of the strength lowered by a factor, in units of `scale`."""
+        """Cones of the strength divided by a factor, in units of `scale`."""
         parts: list[tuple[Array, Array, Array, Array]] = []
         for number, strength in enumerate(self.model.strengths):
             own = np.flatnonzero(self.material == number)
@@ -117,11 +117,11 @@ class Side:
         return Yield(point, head / self.scale, slope, self.more[point] / self.scale, margin)
 
     def raw(self, factor: float) -> Answer:
-        """The figure in units of `scale`."""
+        """The result in units of `scale`."""
         return largest(self.balance, self.cones(factor), self.kind, self.contact())
 
     def solve(self, factor: float = 1.0) -> Answer:
-        """The figure in the units of the deck, at a factor; in larger units of stress where the solver does not end well."""
+        """The result in the units of the deck, at a factor; in larger units of stress if the solver does not converge."""
         answer = self.raw(factor)
         for _ in range(MOST_SCALES):
             if answer.solved:
@@ -134,7 +134,7 @@ class Side:
         return replace(answer, value=answer.value * self.scale)
 
     def slope(self, answer: Answer, factor: float) -> float:
-        """Change of the margin with the factor, the duals held."""
+        """Change of the margin with the factor at constant duals."""
         small = 1e-6 * factor
         mean = answer.stress[:, 0]
         ends = [self.cones(factor + sign * small) for sign in (-1.0, 1.0)]
@@ -143,12 +143,12 @@ class Side:
 
 
 def _spent(start: float) -> float:
-    """CPU seconds since."""
+    """CPU seconds since a time."""
     return time.process_time() - start
 
 
 def find_factor(side: Side, guess: float) -> tuple[Bound, Answer]:
-    """The factor at which the margin is zero, from the side on which it is a bound: by more than what the solver leaves open."""
+    """The factor at which the margin is zero, from the side on which it is a bound, by more than the tolerance of the solver."""
     start, factor, tries = time.process_time(), guess, 0
     sign = -1.0 if side.above else 1.0
     low, high = 0.0, np.inf
@@ -175,7 +175,7 @@ def find_factor(side: Side, guess: float) -> tuple[Bound, Answer]:
 
 
 def next_guess(factor: float, margin: float, slope: float) -> float:
-    """Newton's next factor, no farther than half or twice this one: a slope that the solver left near zero tells nothing."""
+    """Newton's next factor, between half and twice the present one: a slope near zero within the tolerance of the solver is meaningless."""
     root = factor - margin / slope if slope < 0.0 else 2.0 * factor
     return float(np.clip(root, 0.5 * factor, 2.0 * factor))
 
@@ -188,10 +188,10 @@ def angles_of(corners: Array) -> Array:
 
 
 def narrow_fans(model: Model, before: Loads, live: Loads) -> Array:
-    """Places of the outline where loads or what is pushed begin, and where the face of a body that does not fail does, with too few triangles of soil for
+    """Positions on the outline where loads or prescribed velocities begin, or the face of a body that does not fail, with too few soil triangles for
     the fan of stresses that starts there.
 
-    However small they are, stresses can turn no more than once from one triangle to the next.
+    However small the triangles, stresses can rotate at most once from one triangle to the next.
     """
     seen: dict[int, Array] = {}
     begins: set[int] = set()
@@ -222,19 +222,19 @@ class Search:
         self.guess = 1.0
 
     def loads(self, model: Model) -> tuple[Loads, Loads]:
-        """What acts without the live load, and the live load of a factor of one."""
+        """Loads without the live load, and the live load at a factor of one."""
         if self.kind is Kind.LOAD:
             live = model.after - model.before
             if live.largest() <= 0.0:
-                raise Trouble(f"phase '{self.scene.phase}': no load changes in it; ask for its factor of safety (--factor)")
+                raise Trouble(f"phase '{self.scene.phase}': no load changes in it; request its factor of safety (--factor)")
             over = self.scene.load_factor
             return model.before, Loads(live.weight / over, live.pore / over, live.traction / over)
         if self.kind is Kind.FORCE and (model.after - model.before).largest() > 0.0 and model.before.largest() > 0.0:
-            raise Trouble(f"*PRESCRIBE: phase '{self.scene.phase}' changes loads as well; give them a phase before")
+            raise Trouble(f"*PRESCRIBE: phase '{self.scene.phase}' also changes loads; apply them in an earlier phase")
         return model.after, model.after - model.after
 
     def settled(self) -> Model:
-        """The scene on the mesh, cut through corners where loads contradict each other."""
+        """The scene on the mesh, bisected at corners where loads are inconsistent."""
         for _ in range(6):
             model = model_of(self.scene, self.mesh)
             before, live = self.loads(model)
@@ -246,13 +246,13 @@ class Search:
         return model
 
     def upper(self, model: Model) -> tuple[Side, Nodes]:
-        """The problem of the upper bound."""
+        """The upper-bound problem."""
         nodes = nodes_of(model)
         loads = self.loads(model)
         return Side(model, upper_balance(model, nodes, *loads), self.kind, loads, self.scene.flow, nodes), nodes
 
     def lower(self, model: Model) -> Side:
-        """The problem of the lower bound."""
+        """The lower-bound problem."""
         loads = self.loads(model)
         balance, _ = lower_balance(model, *loads)
         return Side(model, balance, self.kind, loads, self.scene.flow, None)
@@ -266,7 +266,7 @@ class Search:
         return Bound(answer.value if answer.solved else np.nan, answer.status, _spent(start)), answer
 
     def mechanism(self, model: Model, nodes: Nodes, answer: Answer) -> Mechanism:
-        """What the upper bound moves."""
+        """The mechanism of the upper bound."""
         velocity = nodes.velocity(answer.motion)
         largest = float(np.abs(velocity).max())
         spent = np.zeros(3 * len(model.area))
@@ -274,7 +274,7 @@ class Search:
         return Mechanism(model, nodes, velocity / max(largest, 1e-300), spent.reshape(-1, 3).sum(axis=1) / model.area)
 
     def marked(self, density: Array, area: Array) -> Array:
-        """Triangles to halve: the share of them that dissipates most, edges counted in the mean of slip lines and fans."""
+        """Triangles to bisect: the share of them with the largest dissipation; edges are included with the mean over slip lines and fans."""
         worth = np.maximum(density, 0.0) * area
         order = np.argsort(-worth, kind="stable")
         most = int(self.share * len(area)) + 1
@@ -282,7 +282,7 @@ class Search:
         return np.asarray(order[: min(most, enough)])
 
     def run(self) -> Found:
-        """Passes, then both bounds on the last mesh."""
+        """Refinement passes, then both bounds on the last mesh."""
         history: list[tuple[int, float]] = []
         for turn in range(self.passes + 1):
             model = self.settled()

@@ -1,4 +1,4 @@
-"""Cohesion and friction of a material at a factor of safety; Davis' reduction for soil that dilates less than its friction."""
+"""Cohesion and friction of a material at a factor of safety; Davis' reduction for soil with dilatancy less than friction."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from qsmpm_verify.results import Array
 
 @dataclass(frozen=True)
 class Strength:
-    """c, angles in degrees, a tension cut-off; levels and cohesions where c differs from place to place along an axis; whether it
-    may be exhausted."""
+    """c, angles in degrees, a tension cut-off; levels and cohesions where c varies along an axis; whether it
+    can yield."""
 
     cohesion: float
     friction: float
@@ -24,21 +24,21 @@ class Strength:
     fails: bool = True
 
     def reduced(self) -> bool:
-        """Whether its flow is not associated, so that Davis' strength takes its place."""
+        """Whether its flow is not associated, so that Davis' strength replaces it."""
         return self.dilatancy < self.friction
 
     def cohesions(self, places: Array) -> Array:
-        """c at places (..., 2): linear between levels, constant beyond."""
+        """c at points (..., 2): linear between levels, constant outside them."""
         if self.profile is None:
             return np.full(places.shape[:-1], self.cohesion)
         return np.interp(places[..., self.axis], self.profile[:, 0], self.profile[:, 1])
 
     def levels(self) -> Array:
-        """Where the profile has corners."""
+        """Levels of the corners of the profile."""
         return np.empty(0) if self.profile is None else self.profile[:, 0]
 
     def at(self, factor: float, flow: str) -> tuple[float, float]:
-        """What c is multiplied by, and phi in radians, at a factor of safety and after Davis."""
+        """Factor on c, and phi in radians, at a factor of safety and after Davis."""
         phi, psi = math.radians(self.friction), math.radians(self.dilatancy)
         lowered = math.atan(math.tan(phi) / factor)
         if flow == "DAVIS A":
@@ -49,7 +49,7 @@ class Strength:
 
 
 def davis(phi: float, psi: float) -> float:
-    """Davis (1968): strength on a slip line of soil with phi and psi over that of associated soil."""
+    """Davis (1968): strength on a slip line of soil with phi and psi divided by that of associated soil."""
     return math.cos(psi) * math.cos(phi) / (1.0 - math.sin(psi) * math.sin(phi))
 
 
@@ -57,7 +57,7 @@ FAR = 1e6
 
 
 def profile_of(kind: str, rows: list[list[float]], least: float) -> Array:
-    """Levels in rising order and cohesions. LINEAR: a line that does not fall below the least."""
+    """Levels in ascending order and cohesions. LINEAR: a line that does not fall below the least value."""
     if kind == "TABLE":
         table = np.array([row[:2] for row in rows])
         return table[np.argsort(table[:, 0])]

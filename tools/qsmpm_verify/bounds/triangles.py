@@ -1,8 +1,8 @@
-"""Triangles whose edges lie on drawn lines, and halving of those that are marked.
+"""Triangles whose edges are on the lines of the geometry, and bisection of marked triangles.
 
-Edges of the lines are halved until no place lies in the circle over one of them: each is then an edge of the Delaunay triangles (Ruppert 1995).
-Triangles that are too large or too thin get a place at the centre of their circle, unless it lies in the circle over an edge, which is
-halved instead. Near an acute corner edges end at powers of two from it, so that the halving ends.
+Edges of the lines are bisected until no vertex is inside the circle over one of them: each is then an edge of the Delaunay triangulation (Ruppert 1995).
+Triangles that are too large or too thin get a vertex at their circumcentre, unless it is inside the circle over an edge, which is
+bisected instead. Near an acute corner edges end at powers of two from it, so that the bisection terminates.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ THIN = 2.0 * math.sin(math.radians(22.0))
 
 @dataclass(frozen=True)
 class Triangles:
-    """Places and corners, counter-clockwise; the first two corners are the ends of the edge that is halved next."""
+    """Vertices and corners, counter-clockwise; the first two corners are the ends of the edge that is bisected next."""
 
     places: Array
     corners: Array
 
     def areas(self) -> Array:
-        """Area of each."""
+        """Area of each triangle."""
         a, b, c = (self.places[self.corners[:, k]] for k in range(3))
         return np.asarray(cross(b - a, c - a) / 2.0)
 
 
 def _halved(places: Array, edges: Array, which: Array, corners: int) -> tuple[Array, Array]:
-    """Edges cut in two: in the middle, or at a power of two from an end that is a corner of the drawing."""
+    """Edges divided in two: at the midpoint, or at a power of two from an end that is a corner of the geometry."""
     a, b = places[edges[which, 0]], places[edges[which, 1]]
     length = np.linalg.norm(b - a, axis=1)
     share = np.full(len(which), 0.5)
@@ -52,7 +52,7 @@ def _halved(places: Array, edges: Array, which: Array, corners: int) -> tuple[Ar
 
 
 def _encroached(places: Array, edges: Array, others: Array) -> Array:
-    """Edges in whose circle some place lies, its ends left out."""
+    """Edges whose circle contains a vertex other than their ends."""
     middle = places[edges].mean(axis=1)
     radius = np.linalg.norm(places[edges[:, 0]] - middle, axis=1)
     tree = cKDTree(others)
@@ -65,7 +65,7 @@ def _encroached(places: Array, edges: Array, others: Array) -> Array:
 
 
 def _circles(places: Array, corners: Array) -> tuple[Array, Array]:
-    """Centres and radii of the circles around triangles."""
+    """Circumcentres and radii of triangles."""
     a, b, c = (places[corners[:, k]] for k in range(3))
     u, v = b - a, c - a
     twice = 2.0 * cross(u, v)
@@ -80,7 +80,7 @@ def _shortest(places: Array, corners: Array) -> Array:
 
 
 def _spread(centres: Array, radii: Array) -> Array:
-    """Of places to be added those that do not crowd each other, the larger circles first."""
+    """Vertices to be added that are not too close to each other, the larger circles first."""
     taken: list[int] = []
     for k in np.argsort(-radii, kind="stable"):
         if not taken or np.min(np.linalg.norm(centres[taken] - centres[k], axis=1) / np.maximum(radii[taken], radii[k])) > 0.8:
@@ -89,7 +89,7 @@ def _spread(centres: Array, radii: Array) -> Array:
 
 
 def _delaunay(places: Array, box: Array) -> Array:
-    """Triangles of all places, with far corners around them."""
+    """Triangulation of all vertices, with distant corners around them."""
     hull = Delaunay(np.vstack([places, box]))
     found = hull.simplices
     all_places = hull.points
@@ -99,14 +99,14 @@ def _delaunay(places: Array, box: Array) -> Array:
 
 
 def _there(corners: Array, edges: Array, count: int) -> Array:
-    """Which edges are edges of triangles: four places on one circle leave a choice."""
+    """Which edges are edges of triangles: for four vertices on one circle there is a choice."""
     pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
     low, high = np.sort(edges, axis=1).T
     return np.asarray(np.isin(low * count + high, pairs[:, 0].astype(np.int64) * count + pairs[:, 1]))
 
 
 def triangulate(corners: Array, edges: Array, belongs: Callable[[Array], Array], size: float) -> Triangles:
-    """Triangles no larger than a size of those whose middle belongs to the ground."""
+    """Triangles up to a given size whose centre is inside the ground."""
     places, count = corners, len(corners)
     low, high = corners.min(axis=0), corners.max(axis=0)
     extent = float((high - low).max())
@@ -141,12 +141,12 @@ def triangulate(corners: Array, edges: Array, belongs: Callable[[Array], Array],
         else:
             places = np.vstack([places, new])
     else:
-        raise Trouble("the drawn lines cannot be filled with triangles: some meet at too small an angle")
+        raise Trouble("no triangular mesh can be generated between the lines of the geometry: some meet at too small an angle")
     return with_longest_first(places, found)
 
 
 def with_longest_first(places: Array, corners: Array) -> Triangles:
-    """Used places only; the longest edge of each triangle is halved first."""
+    """Used vertices only; the longest edge of each triangle is bisected first."""
     used, numbers = np.unique(corners, return_inverse=True)
     places, corners = places[used], numbers.reshape(corners.shape)
     length = np.stack([np.linalg.norm(places[corners[:, (k + 1) % 3]] - places[corners[:, k]], axis=1) for k in range(3)], 1)
@@ -156,16 +156,16 @@ def with_longest_first(places: Array, corners: Array) -> Triangles:
 
 
 def numbered_edges(corners: Array) -> tuple[Array, Array]:
-    """Edges by their ends in rising order, and their numbers on each triangle: between its corners 0 1, 1 2, 2 0."""
+    """Edges by their ends in ascending order, and their numbers on each triangle: between its corners 0 1, 1 2, 2 0."""
     pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
     edges, number = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
     return edges, number.reshape(-1, 3)
 
 
 def halve(mesh: Triangles, marked: Array, opposite: Array | None = None) -> Triangles:
-    """Marked triangles get all their edges halved, and others what keeps edges whole (newest-vertex bisection).
+    """Bisect all edges of marked triangles, and others as needed for a conforming mesh (newest-vertex bisection).
 
-    `opposite` are further edges to halve, as triangle and edge number on it."""
+    `opposite` are further edges to bisect, as triangle and edge number."""
     edges, number = numbered_edges(mesh.corners)
     cut = np.zeros(len(edges), dtype=bool)
     cut[number[marked].ravel()] = True
@@ -192,7 +192,7 @@ def halve(mesh: Triangles, marked: Array, opposite: Array | None = None) -> Tria
 
 
 def cut_at(mesh: Triangles, places: Array) -> Triangles:
-    """Triangles at some corners halved through them, and their neighbours across, each once at the most."""
+    """Bisect triangles at some corners through these corners, and their neighbours across, each at most once."""
     _, number = numbered_edges(mesh.corners)
     wanted: list[int] = []
     used: set[int] = set()

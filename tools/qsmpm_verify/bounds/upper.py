@@ -1,7 +1,7 @@
 """Upper bound: 6-node triangles with straight sides, velocities quadratic, strain rates linear (Makrodimopoulos and Martin 2007).
 
-Posed in its dual: stresses at the three corners of each triangle, weights a third of its area, in balance with the loads in the mean over every free
-node, inside the cones. A strain rate that the flow rule allows at the corners is allowed everywhere between them, and what is dissipated there is not
+Dual form: stresses at the three corners of each triangle, weights a third of its area, in equilibrium with the loads in the mean over every free
+node, inside the cones. A strain rate that satisfies the flow rule at the corners satisfies it everywhere between them, and the dissipation there is not
 more than the linear function through the corners. Cohesion and pore pressure, linear on a triangle, enter as (2 c_1 + c_2 + c_3)/4: the
 integral of their product with a linear function is then exact.
 """
@@ -20,7 +20,7 @@ from qsmpm_verify.results import Array
 
 
 def lifted(corners: Array) -> Array:
-    """Corner values of a linear function as they count in an integral with another one."""
+    """Corner values of a linear function as weighted in an integral with another linear function."""
     return np.asarray((corners + corners.sum(axis=1)[:, None]) / 4.0)
 
 
@@ -61,7 +61,7 @@ def _divergence(model: Model, nodes: Nodes) -> sparse.csr_matrix:
 
 
 def upper_balance(model: Model, nodes: Nodes, before: Loads, live: Loads) -> Balance:
-    """Balance of the free directions; the figure is the power of the forces that push."""
+    """Equilibrium of the free directions; the objective is the power of the prescribed velocities."""
     matrix = _divergence(model, nodes)
     dead, more = node_forces(model, nodes, before), node_forces(model, nodes, live)
     figure = matrix.T @ nodes.given if nodes.given.any() else None

@@ -1,4 +1,4 @@
-"""Words of `bounds`: DECK, --phase, --factor, --run, --step, --triangles, --passes, --out, --json."""
+"""Arguments of `bounds`: DECK, --phase, --factor, --run, --step, --triangles, --passes, --out, --json."""
 
 from __future__ import annotations
 
@@ -21,59 +21,59 @@ from qsmpm_verify.trouble import Trouble
 NAMES = {
     Kind.LOAD: "load factor at failure",
     Kind.MARGIN: "factor of safety",
-    Kind.FORCE: "force that pushes, its power over the largest velocity",
+    Kind.FORCE: "force of the prescribed motion, its power over the largest velocity",
 }
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("bounds", help="limit load or factor of safety of a deck, from above and below, by limit analysis")
-    verb.add_argument("deck", type=Path, help="a deck of plane strain whose bodies are boxes and polygons of *MOHR COULOMB")
-    verb.add_argument("--phase", help="the phase that is looked at (default the last one)")
-    verb.add_argument("--factor", action="store_true", help="the factor of safety at the end of a phase that is no TYPE=SAFETY")
-    verb.add_argument("--triangles", type=whole, default=500, metavar="N", help="triangles at the start (default 500)")
-    verb.add_argument("--passes", type=whole, default=3, metavar="N", help="times that they are halved where most is dissipated (default 3)")
-    verb.add_argument("--run", type=Path, metavar="DIR", help="the ground as a run in DIR has deformed it")
-    verb.add_argument("--step", type=whole, metavar="N", help="after step N of it (default the last one written)")
-    verb.add_argument("--out", type=Path, help="a picture of the mechanism (.png, .svg or .pdf)")
-    verb.add_argument("--json", type=Path, help="a file of the bounds")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("bounds", help="upper and lower bound of the limit load or factor of safety of a deck, by limit analysis")
+    verb.add_argument("deck", type=Path, help="plane-strain deck with bodies of TYPE BOX or POLYGON and *MOHR COULOMB")
+    verb.add_argument("--phase", help="phase to be analysed (default the last one)")
+    verb.add_argument("--factor", action="store_true", help="factor of safety at the end of a phase that is not TYPE=SAFETY")
+    verb.add_argument("--triangles", type=whole, default=500, metavar="N", help="initial number of triangles (default 500)")
+    verb.add_argument("--passes", type=whole, default=3, metavar="N", help="number of bisections where the dissipation is largest (default 3)")
+    verb.add_argument("--run", type=Path, metavar="DIR", help="use the deformed geometry of the run in DIR")
+    verb.add_argument("--step", type=whole, metavar="N", help="after step N of this run (default the last one written)")
+    verb.add_argument("--out", type=Path, help="figure of the mechanism (.png, .svg or .pdf)")
+    verb.add_argument("--json", type=Path, help="JSON file of the bounds")
     verb.set_defaults(act=act)
 
 
 def whole(word: str) -> int:
-    """A whole number that is not negative."""
+    """A non-negative integer."""
     if not word.isdigit():
-        raise argparse.ArgumentTypeError(f"'{word}' is no whole number")
+        raise argparse.ArgumentTypeError(f"'{word}' is not a whole number")
     return int(word)
 
 
 def bound_text(bound: Bound) -> str:
-    """A bound, or why there is none."""
+    """A bound, or the reason why there is none."""
     if bound.solved:
         return f"{bound.value:.6g}, {bound.seconds:.2g} CPU s"
-    return f"none: the solver says {bound.status}"
+    return f"none: solver status {bound.status}"
 
 
 def report(scene: Scene, found: Found) -> None:
-    """A line a figure."""
+    """One line for each result."""
     print(f"phase      {scene.phase}: {NAMES[found.kind]}")
     print(f"upper      {bound_text(found.upper)}")
     print(f"lower      {bound_text(found.lower)}")
     if found.upper.solved and found.lower.solved and not found.both:
-        print("bracket    none: the lower one is above the upper one, so that one of them is wrong; take more --triangles, or fewer --passes")
+        print("bracket    none: the lower bound exceeds the upper bound, so one of them is wrong; use more --triangles or fewer --passes")
     if found.both:
         middle = 0.5 * (found.upper.value + found.lower.value)
         print(f"bracket    {middle:.6g} +- {0.5 * abs(found.upper.value - found.lower.value) / abs(middle):.2%} on {found.triangles} triangles")
     if found.reduced:
-        print("strength   reduced after Davis where psi < phi: bounds of that soil, an estimate of the one in the deck")
+        print("strength   reduced after Davis where psi < phi: bounds for the reduced strength, an estimate for the deck")
     for text in scene.said:
-        print(f"read       {text}")
+        print(f"note       {text}")
     if flows(scene):
-        print("water      pore pressures of the flow that the program finds on the grid of the deck: bounds for them")
+        print("water      pore pressures of the flow computed by the program on the grid of the deck: bounds for these pressures")
 
 
 def record(scene: Scene, found: Found) -> dict[str, object]:
-    """What is written; a figure that is no bound is null."""
+    """Output; a value that is not a bound is null."""
 
     def of(bound: Bound) -> dict[str, object]:
         wrong = found.upper.solved and found.lower.solved and not found.both
@@ -87,7 +87,7 @@ def record(scene: Scene, found: Found) -> dict[str, object]:
 
 
 def scale_of(deck: Deck, scene: Scene, history: str) -> float:
-    """What a history is over the power of the force that pushes: that of a contact force along the motion of the one body that moves; else zero."""
+    """Ratio of a history to the power of the force: for a contact force along the motion of the only moving body; otherwise zero."""
     moving = {name: wall.velocity for name, wall in scene.walls.items() if wall.velocity != (0.0, 0.0)}
     for card in deck.all("HISTORY"):
         if name_of(card, "NAME") == history and card.value("QUANTITY") == "CONTACT FORCE" and len(moving) == 1 and name_of(card, "BODY") in moving:
@@ -99,8 +99,8 @@ def scale_of(deck: Deck, scene: Scene, history: str) -> float:
 
 
 def note_of(deck: Deck, safety: bool, value: float | None, history: str = "") -> tuple[str, tuple[float, float] | None]:
-    """A sentence for those who have computed the figure, a factor or the force of a history, in another way, and where theirs lies; the
-    bounds themselves where they hold for the deck's own strength, and for water on any grid."""
+    """A sentence for comparison with a result computed by another method, a factor or the force of a history, and its position relative to the
+    bounds; also the bounds, where they hold for the strength of the deck, and for water on any grid."""
     try:
         scene = read_scene(deck, None, False)
         scale = scale_of(deck, scene, history) if scene.pushes else 1.0
@@ -110,25 +110,25 @@ def note_of(deck: Deck, safety: bool, value: float | None, history: str = "") ->
     except Trouble as trouble:
         return f"no bounds of limit analysis: {trouble}", None
     if not found.both:
-        return "no bounds of limit analysis: its programs were not solved", None
+        return "no bounds of limit analysis: its optimisation problems were not solved", None
     low, high = sorted((scale * found.lower.value, scale * found.upper.value))
     text = f"limit analysis: between {low:.5g} and {high:.5g}" + (", strength reduced after Davis" if found.reduced else "")
-    text += ", water as it flows on the grid of the deck" if flows(scene) else ""
+    text += ", with the flow computed on the grid of the deck" if flows(scene) else ""
     other = found.reduced or flows(scene)
     if value is not None and not other and not low <= value <= high:
         beyond = value / high - 1.0 if value > high else value / low - 1.0
-        text += f"; the answer is {abs(beyond):.2%} {'above' if beyond > 0 else 'below'} what it may be"
+        text += f"; the result is {abs(beyond):.2%} {'above the upper' if beyond > 0 else 'below the lower'} bound"
     return text, None if other else (low, high)
 
 
 def act(words: argparse.Namespace) -> int:
-    """Read, solve, report; exit code 1 when a bound is missing."""
+    """Read, solve, report; exit code 1 if a bound is missing."""
     if words.out is not None and words.out.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise Trouble(f"{words.out}: a picture is a .png, .svg or .pdf file")
+        raise Trouble(f"{words.out}: a figure must be a .png, .svg or .pdf file")
     if not 20 <= words.triangles <= 20000 or words.passes > 8:
-        raise Trouble("--triangles is 20 to 20000, --passes at most 8")
+        raise Trouble("--triangles must be from 20 to 20000, --passes at most 8")
     if words.step is not None and words.run is None:
-        raise Trouble("--step N is a step of a run: say --run DIR as well")
+        raise Trouble("--step N requires --run DIR")
     deck = read_deck(words.deck)
     scene = read_scene(deck, words.phase, words.factor)
     if words.run is not None:

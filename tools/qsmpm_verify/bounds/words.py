@@ -1,4 +1,4 @@
-"""Names, numbers and boxes of cards; what bounds cannot take is an error that names the card."""
+"""Names, numbers and boxes of keywords; what limit analysis does not support is an error that names the keyword."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OTHER_LAWS = {
 
 
 def refuse(card: Card, why: str) -> Trouble:
-    """An error that names a card."""
+    """An error that names a keyword."""
     return Trouble(f"*{card.keyword}: {why}")
 
 
@@ -30,14 +30,14 @@ def numbers(card: Card, row: list[str], least: int, most: int | None = None) -> 
     try:
         found = [float(word.lower().replace("d", "e")) for word in words]
     except ValueError as error:
-        raise refuse(card, f"'{', '.join(row)}' are no numbers") from error
+        raise refuse(card, f"'{', '.join(row)}' are not numbers") from error
     if len(found) < least or (most is not None and len(found) > most):
-        raise refuse(card, f"'{', '.join(row)}' is no line of {least} numbers")
+        raise refuse(card, f"'{', '.join(row)}' is not a line of {least} numbers")
     return found
 
 
 def name_of(card: Card, parameter: str) -> str:
-    """A name, as it is written."""
+    """A name as it is written in the deck."""
     found = next((value.strip('"') for key, value in card.parameters if plain(key) == parameter), "")
     if not found:
         raise refuse(card, f"no {parameter}")
@@ -45,16 +45,16 @@ def name_of(card: Card, parameter: str) -> str:
 
 
 def only(card: Card, **allowed: tuple[str, ...]) -> None:
-    """Refuse a word of a choice that limit analysis cannot take."""
+    """Reject a value of a choice that limit analysis does not support."""
     for key, words in allowed.items():
         name = key.replace("_", " ")
         value = card.value(name)
         if value is not None and value not in words:
-            raise refuse(card, f"{name}={value}: bounds take {' or '.join(words)}")
+            raise refuse(card, f"{name}={value}: bounds support {' or '.join(words)}")
 
 
 def box_of(card: Card, row: list[str]) -> tuple[Array, Array]:
-    """Low and high corner."""
+    """Lower and upper corner."""
     x = numbers(card, row, 4, 4)
     return np.array([x[0], x[2]]), np.array([x[1], x[3]])
 
@@ -65,12 +65,12 @@ def rectangle(low: Array, high: Array) -> Array:
 
 
 def grid_lines(card: Card) -> tuple[Array, Array]:
-    """Lines of the grid along x and y."""
+    """Grid lines along x and y."""
     found: dict[str, list[float]] = {"X": [], "Y": []}
     for row in card.data():
         axis = plain(row[0])
         if axis not in found:
-            raise refuse(card, f"axis {axis}: bounds are those of plane strain")
+            raise refuse(card, f"axis {axis}: bounds support plane strain only")
         if plain(row[1]) == "LINES":
             new = numbers(card, row[2:], 1)
         else:

@@ -1,4 +1,4 @@
-"""`editor`: decks in an editor: colours and snippets for anything that reads TextMate grammars, a language server for the rest.
+"""`editor`: support for decks in text editors: colours and snippets for editors that read TextMate grammars, a language server for others.
 
-Everything is made from the program's own table of keywords (`qsmpm help --json`), so that nothing here knows a card by name.
+Everything is made from the program's own table of keywords (`qsmpm help --json`), so no keyword is hard-coded here.
 """

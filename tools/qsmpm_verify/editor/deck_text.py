@@ -1,4 +1,4 @@
-"""Where the cursor stands in a deck, and what fits there."""
+"""Context of the cursor in a deck, and the completions that are valid there."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from qsmpm_verify.editor.table import Entry, Table
 from qsmpm_verify.study.cards import items, plain
 
 NAMED_BY = {"NSET": "NSET", "ELSET": "ELSET", "PARENT": "PHASE", "REGION": "ELSET"}
-"""Parameters whose names are those of cards that are called otherwise."""
+"""Parameters whose values are the names of entities defined by other keywords."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """The card around the cursor, and the words on its own line before it."""
+    """The keyword block at the cursor, and the text before the cursor on its line."""
 
     keyword: str
     parameter: str
@@ -23,7 +23,7 @@ class Place:
 
 
 def place_at(lines: list[str], line: int, column: int) -> Place:
-    """The place of the cursor; a card goes on where a line ends with a comma."""
+    """The context of the cursor; a keyword line continues where a line ends with a comma."""
     first = line
     while first > 0 and not lines[first].lstrip().startswith("*"):
         first -= 1
@@ -40,7 +40,7 @@ def place_at(lines: list[str], line: int, column: int) -> Place:
 
 
 def names_in(lines: list[str], parameter: str) -> list[str]:
-    """Names that cards of the deck have given, as a parameter may take them."""
+    """Names that keywords of the deck define, as values of a parameter."""
     card = NAMED_BY.get(parameter, parameter)
     found = []
     for line in lines:
@@ -55,7 +55,7 @@ def names_in(lines: list[str], parameter: str) -> list[str]:
 
 
 def offers(table: Table, lines: list[str], line: int, column: int) -> list[tuple[str, Entry | None]]:
-    """What may stand at the cursor: keywords, parameters that are not there yet, words and names."""
+    """Completions at the cursor: keywords, parameters not yet given, choices and names."""
     text = lines[line][:column] if line < len(lines) else ""
     if re.fullmatch(r"\s*\*?[^,*]*", text) and text.lstrip().startswith("*"):
         return list(table.keywords.items())

@@ -1,4 +1,4 @@
-"""Colours and snippets of decks as files: a TextMate grammar, snippets, and the extension of VS Code that holds them."""
+"""Syntax colouring and snippets of decks as files: a TextMate grammar, snippets, and the VS Code extension that contains them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from qsmpm_verify.editor.table import Table
 
 
 def words_of(names: list[str]) -> str:
-    """Names as one expression, long ones first, blanks of any number."""
+    """Names as one regular expression, long names first, with any number of blanks."""
     return "|".join(re.escape(name).replace(r"\ ", r"\s+") for name in sorted(names, key=lambda n: (-len(n), n)))
 
 
 def grammar(table: Table) -> dict[str, Any]:
-    """A keyword that there is, one that there is not, parameters, words of a choice, numbers, comments."""
+    """Patterns for known keywords, unknown keywords, parameters, values of choices, numbers and comments."""
     items = [item for entry in table.keywords.values() for item in entry["parameters"]]
     parameters = sorted({item["name"] for item in items})
     choices = sorted({word for item in items for word in item.get("words", [])})
@@ -44,7 +44,7 @@ def snippets(table: Table) -> dict[str, Any]:
 
 PACKAGE = {
     "name": "qsmpm-deck", "displayName": "QSMPM decks", "version": "1.0.0", "publisher": "qsmpm", "license": "BSD-3-Clause",
-    "description": "Colours, snippets, help and errors of decks of QSMPM", "engines": {"vscode": "^1.82.0"},
+    "description": "Syntax colouring, snippets, help and diagnostics for QSMPM decks", "engines": {"vscode": "^1.82.0"},
     "categories": ["Programming Languages", "Snippets"], "main": "./extension.js", "activationEvents": ["onLanguage:qsmpm"],
     "dependencies": {"vscode-languageclient": "^9.0.0"},
     "contributes": {
@@ -52,10 +52,10 @@ PACKAGE = {
         "grammars": [{"language": "qsmpm", "scopeName": "source.qsmpm", "path": "./syntaxes/qsmpm.tmLanguage.json"}],
         "snippets": [{"language": "qsmpm", "path": "./snippets/qsmpm.json"}],
         "configuration": {"title": "QSMPM", "properties": {"qsmpm.command": {
-            "type": "string", "default": "qsmpm-verify", "description": "the command whose verb `language-server` is started"}}},
+            "type": "string", "default": "qsmpm-verify", "description": "command whose subcommand `language-server` is started"}}},
     },
 }  # fmt: skip
-START = """// Starts the language server of QSMPM: `qsmpm-verify language-server`, which speaks over standard input and output.
+START = """// Starts the language server of QSMPM: `qsmpm-verify language-server`, which uses standard input and output.
 const { workspace } = require('vscode');
 const { LanguageClient } = require('vscode-languageclient/node');
 let client;

@@ -1,4 +1,4 @@
-"""The language server: completion, help at the pointer, errors and warnings of `qsmpm check` at their lines."""
+"""The language server: completion, help at the cursor, and the errors and warnings of `qsmpm check` at their lines."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from qsmpm_verify.editor.table import Table, explained, item_text
 PAUSE = 0.3
 """Seconds without a change after which a deck is checked."""
 LONGEST = 60.0
-"""Seconds that a check may take."""
+"""Time limit of a check in seconds."""
 MESSAGE = re.compile(r"^(?P<file>.+?):(?:(?P<line>\d+):)? (?P<text>.+)$")
 
 
 def make_server(table: Table, program: Path) -> LanguageServer:
-    """A server that knows the table and asks the program."""
+    """A server with the keyword table and access to the program."""
     server = LanguageServer("qsmpm", "1")
     latest: dict[str, int] = {}
 
@@ -66,7 +66,7 @@ def make_server(table: Table, program: Path) -> LanguageServer:
 
 
 def lines_of(server: LanguageServer, uri: str) -> list[str]:
-    """Lines of a document, one at the least."""
+    """Lines of a document, at least one."""
     return server.workspace.get_text_document(uri).source.split("\n")
 
 
@@ -88,7 +88,7 @@ def item_of(name: str, entry: dict | None) -> types.CompletionItem:
 
 
 def help_at(table: Table, lines: list[str], line: int, column: int) -> str:
-    """The parameter at the pointer, the card of its line or of its data line."""
+    """Help on the parameter at the cursor, or on the keyword of its line or data line."""
     if line >= len(lines) or lines[line].lstrip().startswith("**"):
         return ""
     comma = lines[line].find(",", column)
@@ -102,7 +102,7 @@ def help_at(table: Table, lines: list[str], line: int, column: int) -> str:
 
 
 async def diagnose(program: Path, path: Path, source: str) -> list[types.Diagnostic]:
-    """What the program says of a deck as it stands in the editor, written beside its file so that what it names is found."""
+    """Messages of the program on the deck as edited, written beside its file so that the files it refers to are found."""
     folder = path.parent if path.parent.is_dir() else Path(tempfile.gettempdir())
     try:
         copy = tempfile.NamedTemporaryFile("w", dir=folder, prefix=".qsmpm-", suffix=".inp", encoding="utf-8")  # noqa: SIM115
@@ -122,7 +122,7 @@ async def diagnose(program: Path, path: Path, source: str) -> list[types.Diagnos
 
 
 def diagnostics_of(report: str, name: str, lines: list[str]) -> list[types.Diagnostic]:
-    """Messages of the program as marks at their lines; those of other files and without a line stand at the first one."""
+    """Messages of the program as diagnostics at their lines; messages on other files or without a line are shown at the first line."""
     found = []
     for row in report.splitlines():
         hit = MESSAGE.match(row)

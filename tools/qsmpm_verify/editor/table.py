@@ -1,4 +1,4 @@
-"""The table of keywords as the program writes it, and what an editor shows of it."""
+"""The keyword table as written by the program, and the parts of it that an editor shows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PLACES = {"model": "before the first phase", "material": "below a *MATERIAL", "p
 
 @dataclass(frozen=True)
 class Table:
-    """Keywords by name, in the program's order."""
+    """Keywords by name, in the order of the program."""
 
     keywords: dict[str, Entry]
 
@@ -29,9 +29,9 @@ class Table:
 
 
 def read_table(program: Path) -> Table:
-    """Ask the program."""
+    """Get the table from the program."""
     if not program.is_file():
-        raise Trouble(f"{program} is not there: build it first (tools/test or cmake --build build)")
+        raise Trouble(f"{program} not found: build it first (tools/test or cmake --build build)")
     done = subprocess.run([program, "help", "--json"], capture_output=True, text=True, check=False, timeout=60)
     if done.returncode:
         raise RunFailed(f"{program}: {done.stderr.strip()}")
@@ -39,7 +39,7 @@ def read_table(program: Path) -> Table:
 
 
 def value_of(item: Entry) -> str:
-    """What a value may be."""
+    """Allowed values of a parameter."""
     if item["kind"] == "word":
         return "|".join(item.get("words", []))
     kind = {"integer": "whole number", "flag": ""}.get(item["kind"], item["kind"])
@@ -58,7 +58,7 @@ def item_text(item: Entry) -> str:
 
 
 def explained(entry: Entry) -> str:
-    """A keyword as Markdown: what for, where, parameters, data lines, example."""
+    """A keyword as Markdown: purpose, position, parameters, data lines, example."""
     often = ", any number of times" if entry["many"] else ", once"
     parts = [f"**\\*{entry['name']}** ({PLACES[entry['section']]}{often})", entry["sentence"]]
     if entry["parameters"]:

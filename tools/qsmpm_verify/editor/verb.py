@@ -1,4 +1,4 @@
-"""Words of `editor` (files for an editor) and `language-server`."""
+"""Arguments of `editor` (files for a text editor) and `language-server`."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from qsmpm_verify.places import PROGRAM
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of both verbs."""
-    files = verbs.add_parser("editor", help="colours and snippets of decks for an editor: a TextMate grammar as an extension of VS Code")
+    """Arguments of both subcommands."""
+    files = verbs.add_parser("editor", help="syntax colouring and snippets for decks in an editor: a TextMate grammar as an extension of VS Code")
     files.add_argument("--out", type=Path, default=Path("output") / "qsmpm-deck", help="folder of the extension (default output/qsmpm-deck)")
-    server = verbs.add_parser("language-server", help="completion, help and errors of decks for an editor, over standard input and output")
+    server = verbs.add_parser("language-server", help="language server for decks (completion, help, diagnostics) on standard input and output")
     for verb in (files, server):
-        verb.add_argument("--program", type=Path, default=PROGRAM, help="the program that is asked")
+        verb.add_argument("--program", type=Path, default=PROGRAM, help="program that checks the decks")
     files.set_defaults(act=write)
     server.set_defaults(act=serve)
 
@@ -29,7 +29,7 @@ def write(words: argparse.Namespace) -> int:
 
 
 def serve(words: argparse.Namespace) -> int:
-    """Serve until the editor ends it."""
+    """Serve until the editor ends the session."""
     from qsmpm_verify.editor.server import make_server
 
     make_server(read_table(words.program), words.program.resolve()).start_io()

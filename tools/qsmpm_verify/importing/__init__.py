@@ -1,5 +1,5 @@
-"""`import`: a section that other programs have drawn, as a deck: DXF drawings and GeoStudio projects.
+"""`import`: a section drawn in another program as a deck: DXF drawings and projects of GeoStudio, Slide2 and RS2.
 
-What a file says and a deck has no counterpart for is listed, never dropped; what a deck needs and the file does not say is asked
-for in a table or named with the value that was taken.
+Data of a file without a counterpart in a deck are listed, never dropped silently; data required by a deck but missing in the file are requested
+in a table or reported with the assumed value.
 """

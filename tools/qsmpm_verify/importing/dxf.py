@@ -1,4 +1,4 @@
-"""A DXF drawing as a section, read by ezdxf: closed lines and lines cut into regions, names from texts or layers."""
+"""A DXF drawing as a section, read by ezdxf: closed lines and intersecting lines form regions, named by texts or layers."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from qsmpm_verify.trouble import Trouble
 
 LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 14: "dm"}
-"""Of $INSUNITS (DXF reference, header variables)."""
+"""Units of $INSUNITS (DXF reference, header variables)."""
 WATER = re.compile(r"water|gwl|gwt|phreatic|piezo|wasser|nappe|freatic", re.IGNORECASE)
 LOAD = re.compile(r"\b(?:sur)?(?:load|charge)s?(?![a-z])[ _=:-]*(\d+(?:\.\d+)?)?", re.IGNORECASE)
-"""A layer of loads, and their kPa."""
+"""Layer names of loads, with their kPa."""
 # Of the size of the drawing: how far a chord may be from its curve.
 CHORD = 1.0e-3
 
 
 def read_dxf(path: Path, unit: str | None, water: str | None, gap: float | None) -> Section:
-    """The section that a drawing shows; a layer of water lines is known by its name, or is `water`."""
+    """The section of a drawing; a layer of water lines is recognised by its name, or is `water`."""
     if not path.is_file():
         raise Trouble(f"{path}: no such file")
     try:
         drawing, _ = recover.readfile(path)
     except (ezdxf.DXFError, OSError) as error:
-        raise Trouble(f"{path}: no DXF drawing: {error}") from error
+        raise Trouble(f"{path}: not a DXF drawing: {error}") from error
     section = Section()
     metres = metres_of(drawing, unit, section)
     seen = list(entities_of(drawing, section))
@@ -45,18 +45,18 @@ def read_dxf(path: Path, unit: str | None, water: str | None, gap: float | None)
     is_water = re.compile(re.escape(water), re.IGNORECASE).fullmatch if water else WATER.search
     levels = [drawn for drawn in lines if is_water(drawn.layer)]
     if water and not levels:
-        raise Trouble(f"{path}: no line on layer '{water}'; there are {', '.join(sorted({line.layer for line in lines}))}")
+        raise Trouble(f"{path}: no line on layer '{water}'; available are {', '.join(sorted({line.layer for line in lines}))}")
     loads = [drawn for drawn in lines if not is_water(drawn.layer) and LOAD.search(drawn.layer)]
     take_regions(section, [line for line in lines if not is_water(line.layer) and line not in loads], texts, metres, gap)
     for load in loads:
         size = LOAD.search(load.layer)
         if size is None or size[1] is None:
-            raise Trouble(f"{path}: layer '{load.layer}': its name says no kPa; call it 'load 20', or otherwise when it bounds soil")
+            raise Trouble(f"{path}: layer '{load.layer}': its name contains no kPa; name it 'load 20', or differently if it bounds soil")
         add_even(section, [(x * metres, y * metres) for x, y, *_ in load.line.coords], float(size[1]), f"layer '{load.layer}'")
     for level in levels:
         corners = [(x * metres, y * metres) for x, y, *_ in level.line.coords]
         section.water.append(along_x(corners, f"{path}: layer '{level.layer}'"))
-        section.notes.append(f"layer '{level.layer}' is a water level")
+        section.notes.append(f"layer '{level.layer}' is used as water level")
     return section
 
 
@@ -65,15 +65,15 @@ def metres_of(drawing: Any, unit: str | None, section: Section) -> float:
     known = UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
     if unit is None and known is None:
         code = drawing.header.get("$INSUNITS", 0)
-        section.notes.append(f"the drawing says no unit that is known here ($INSUNITS = {code}): taken as metres; --unit says otherwise")
+        section.notes.append(f"the drawing defines no known unit ($INSUNITS = {code}): metres are assumed; --unit defines another one")
     chosen = unit or known or "m"
     if chosen != "m":
-        section.notes.append(f"drawn in {chosen}, written in m")
+        section.notes.append(f"drawn in {chosen}, converted to m")
     return METRES[chosen]
 
 
 def entities_of(drawing: Any, section: Section) -> Iterator[Any]:
-    """What the model space shows, blocks taken apart; what is hidden or of no use here is counted."""
+    """Content of the model space, with blocks resolved; hidden and unused objects are counted."""
     hidden = {layer.dxf.name for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
     left: Counter[str] = Counter()
 
@@ -95,14 +95,14 @@ def entities_of(drawing: Any, section: Section) -> Iterator[Any]:
 
 
 def is_upright(entities: list[Any], path: Path) -> bool:
-    """Whether the section is drawn in x and z; a drawing in space is none."""
+    """Whether the section is drawn in x and z; a 3D drawing is an error."""
     places = [v for entity in entities if entity.dxftype() in LINES for v in make_path(entity).control_vertices()]
     if not places:
         raise Trouble(f"{path}: no lines in the model space")
     reach = [max(p[a] for p in places) - min(p[a] for p in places) for a in range(3)]
     thin = 1.0e-6 * max(reach)
     if reach[2] > thin and reach[1] > thin:
-        raise Trouble(f"{path}: the lines are in space (y over {reach[1]:g}, z over {reach[2]:g}); a section is drawn in x and y, or x and z")
+        raise Trouble(f"{path}: the lines are three-dimensional (y over {reach[1]:g}, z over {reach[2]:g}); a section must be drawn in x and y, or x and z")
     return reach[2] > thin
 
 
@@ -124,7 +124,7 @@ def lines_of(entities: list[Any], upright: bool) -> list[Drawn]:
 
 
 def texts_of(entities: list[Any], upright: bool) -> list[tuple[Point, str]]:
-    """Texts and where they begin."""
+    """Texts and their insertion points."""
     found = []
     for entity in entities:
         if entity.dxftype() in LINES:
@@ -137,12 +137,12 @@ def texts_of(entities: list[Any], upright: bool) -> list[tuple[Point, str]]:
 
 
 def take_regions(section: Section, lines: list[Drawn], texts: list[tuple[Point, str]], metres: float, gap: float | None) -> None:
-    """Faces of the lines, each named by the text inside of it, or by the layer of the smallest closed line around it."""
+    """Faces of the lines, each named by the text inside, or by the layer of the smallest closed line around it."""
     if not lines:
-        raise Trouble("no lines but those of water are drawn")
+        raise Trouble("the drawing contains no lines except those of water")
     cut = cut_into_faces(lines, (gap or 0.0) / metres)
     for x, y in cut.loose:
-        section.left.append(f"a line ends in the open at ({x * metres:.6g}, {y * metres:.6g}) and bounds nothing there; --gap LENGTH closes gaps")
+        section.left.append(f"a line has a free end at ({x * metres:.6g}, {y * metres:.6g}) and bounds no region there; --gap LENGTH closes gaps")
     around = sorted(((Polygon(line.line.coords), line.layer) for line in lines if line.closed), key=lambda pair: pair[0].area)
     near = nearness(lines)
     soils: list[str] = []
@@ -154,10 +154,10 @@ def take_regions(section: Section, lines: list[Drawn], texts: list[tuple[Point, 
         for (small, one), (large, other) in pairwise(outlines if not inside else []):
             if one != other and small.difference(large).area > near * small.length:
                 raise Trouble(f"closed lines of layers '{one}' and '{other}' overlap around ({middle.x * metres:.6g}, {middle.y * metres:.6g}): "
-                              "draw each soil once, or name what is cut by a text inside")
+                              "draw each soil once, or name the parts by texts inside")
         soils.append(inside[0] if inside else plain_name(layers[0]) if layers else "ground")
         if len(inside) > 1:
-            section.notes.append(f"a region holds {len(inside)} texts; it is called '{inside[0]}', not '{inside[1]}'")
+            section.notes.append(f"a region contains {len(inside)} texts; it is named '{inside[0]}', not '{inside[1]}'")
     for name in sorted({soil for soil in soils if soils.count(soil) > 1}):
-        section.notes.append(f"{soils.count(name)} regions are of soil '{name}'; a text inside each tells them apart")
+        section.notes.append(f"{soils.count(name)} regions are of soil '{name}'; a text inside each distinguishes them")
     add_faces(section, list(zip(soils, cut.faces, strict=True)), metres, near)

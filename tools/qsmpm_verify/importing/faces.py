@@ -1,4 +1,4 @@
-"""Lines cut into regions: the faces of the planar graph of everything that is drawn, and faces as pieces without holes."""
+"""Lines divided into regions: the faces of the planar graph of all lines, and faces as parts without holes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NEAR = 1.0e-7
 
 @dataclass(frozen=True)
 class Drawn:
-    """A line of a drawing: its corners, its layer, and whether it closes."""
+    """A line of a drawing: its corners, its layer, and whether it is closed."""
 
     line: LineString
     layer: str
@@ -26,7 +26,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Cut:
-    """Faces, and the places where lines end in the open."""
+    """Faces, and the free ends of lines."""
 
     faces: list[Polygon]
     loose: list[tuple[float, float]]
@@ -39,12 +39,12 @@ def size_of(lines: list[Drawn]) -> float:
 
 
 def nearness(lines: list[Drawn]) -> float:
-    """Length that is none: a power of ten, so that what is drawn in round numbers stays round."""
+    """Length treated as zero: a power of ten, so that round coordinates remain round."""
     return float(10.0 ** math.floor(math.log10(NEAR * size_of(lines))))
 
 
 def close_gaps(lines: list[Drawn], gap: float) -> list[LineString]:
-    """Ends of open lines that are nearer than `gap` to another line, moved onto it."""
+    """Ends of open lines that are nearer than `gap` to another line, moved to it."""
     moved: list[LineString] = []
     for drawn in lines:
         corners = [(x, y) for x, y, *_ in drawn.line.coords]
@@ -60,7 +60,7 @@ def close_gaps(lines: list[Drawn], gap: float) -> list[LineString]:
 
 
 def cut_into_faces(lines: list[Drawn], gap: float) -> Cut:
-    """All faces from below, holes in them left; ends of lines that meet nothing."""
+    """All faces, holes included; free ends of lines."""
     near = nearness(lines)
     noded = shapely.unary_union(close_gaps(lines, max(gap, near)), grid_size=near)
     polygons, dangles, cuts, _ = polygonize_full(noded)
@@ -72,7 +72,7 @@ def cut_into_faces(lines: list[Drawn], gap: float) -> Cut:
 
 
 def without_holes(polygon: Polygon) -> list[Polygon]:
-    """A face as pieces without holes, cut upright through each hole."""
+    """A face as parts without holes, divided vertically through each hole."""
     if not polygon.interiors:
         return [polygon]
     low_x, low_y, high_x, high_y = polygon.bounds
@@ -83,7 +83,7 @@ def without_holes(polygon: Polygon) -> list[Polygon]:
 
 
 def add_faces(section: Section, faces: list[tuple[str, Polygon]], metres: float, near: float) -> None:
-    """Faces of soils, in the unit of the drawing, as regions without holes; corners that are nearer than `near` are one."""
+    """Faces of soils, in the unit of the drawing, as regions without holes; corners nearer than `near` are merged."""
     pieces = [(soil, piece) for soil, face in faces for piece in without_holes(face)]
     for (soil, piece), name in zip(pieces, numbered([soil for soil, _ in pieces]), strict=True):
         corners = [(x * metres, y * metres) for x, y, *_ in piece.exterior.coords]

@@ -14,14 +14,14 @@ from qsmpm_verify.trouble import Trouble
 FOOT, POUNDS_PER_CUBIC_FOOT, POUNDS_PER_SQUARE_FOOT = 0.3048, 0.157087, 0.0478803
 """Metres, kN/m3 and kPa in the units of projects that are not metric."""
 LARGEST = 200_000_000
-"""Bytes of the XML; more is no section."""
+"""Largest size of the XML in bytes."""
 TAKEN = {"MaterialUsesPiezs", "PiezometricSurfaces", "DataPoints", "Surcharges"}
 SETTINGS = {"SlipSurface", "SlipSurfaceOptimization", "UnitWaterWeight", "LambdaPoints", "SideFunction", "ConvergenceOptions"}
-"""Of a stability analysis: how it searches, which an analysis that finds its own mechanism has no use for."""
+"""Entries of a stability analysis on its search, which is not needed here."""
 
 
 def number(node: ET.Element | None, tag: str) -> float | None:
-    """Number of a child, none where there is none."""
+    """Number in a child element, None if there is none."""
     text = word(node, tag)
     try:
         return float(text) if text else None
@@ -30,7 +30,7 @@ def number(node: ET.Element | None, tag: str) -> float | None:
 
 
 def word(node: ET.Element | None, tag: str) -> str:
-    """Text of a child, empty where there is none."""
+    """Text of a child element, empty if there is none."""
     child = node.find(tag) if node is not None else None
     if child is None or child.text is None or child.get("Missing") == "true":
         return ""
@@ -38,13 +38,13 @@ def word(node: ET.Element | None, tag: str) -> str:
 
 
 def read_gsz(path: Path, wanted: str | None) -> Section:
-    """The section of an analysis of a project, by name or number; the first one when not said."""
+    """The section of an analysis of a project, by name or number; default the first one."""
     root = root_of(path)
     analysis, number_of_it = chosen(root, wanted, path)
     section = Section()
     metric = not is_imperial(root)
     if not metric:
-        section.notes.append("in feet and pounds; written in m and kN")
+        section.notes.append("in feet and pounds; converted to m and kN")
     section.notes.append(f"analysis '{word(analysis, 'Name')}'")
     take_regions(section, root, analysis, number_of_it, FOOT if not metric else 1.0)
     take_soils(section, root, metric)
@@ -53,24 +53,24 @@ def read_gsz(path: Path, wanted: str | None) -> Section:
 
 
 def root_of(path: Path) -> ET.Element:
-    """Root of the model's XML, which lies at the top of the archive."""
+    """Root of the XML of the model, at the top of the archive."""
     if not path.is_file():
         raise Trouble(f"{path}: no such file")
     if not zipfile.is_zipfile(path):
-        raise Trouble(f"{path}: no GeoStudio project: not a ZIP archive")
+        raise Trouble(f"{path}: not a GeoStudio project: no ZIP archive")
     with zipfile.ZipFile(path) as archive:
         inside = [info for info in archive.infolist() if "/" not in info.filename and info.filename.lower().endswith(".xml")]
         if not inside or inside[0].file_size > LARGEST:
-            raise Trouble(f"{path}: no GeoStudio project: no XML of a model at its top")
+            raise Trouble(f"{path}: not a GeoStudio project: no XML of a model at its top")
         data = archive.read(inside[0])
     if b"<!ENTITY" in data:
-        raise Trouble(f"{path}: its XML declares entities; it is not read")
+        raise Trouble(f"{path}: its XML declares entities, which is not supported")
     try:
         root = ET.fromstring(data)
     except ET.ParseError as error:
         raise Trouble(f"{path}: {inside[0].filename}: {error}") from error
     if root.tag != "GSIData":
-        raise Trouble(f"{path}: no GeoStudio project: the root of its XML is {root.tag}")
+        raise Trouble(f"{path}: not a GeoStudio project: the root of its XML is {root.tag}")
     return root
 
 
@@ -87,11 +87,11 @@ def chosen(root: ET.Element, wanted: str | None, path: Path) -> tuple[ET.Element
     for one in analyses:
         if wanted is None or wanted in (word(one, "ID"), word(one, "Name")):
             return one, word(one, "ID")
-    raise Trouble(f"{path}: no analysis '{wanted}'; there are {', '.join(names) or 'none'}" if wanted else f"{path}: no analysis")
+    raise Trouble(f"{path}: no analysis '{wanted}'; available are {', '.join(names) or 'none'}" if wanted else f"{path}: no analysis")
 
 
 def take_regions(section: Section, root: ET.Element, analysis: ET.Element, number_of_it: str, metres: float) -> None:
-    """Regions of the geometry of the analysis, of the materials that its context gives them."""
+    """Regions of the geometry of the analysis, with the materials of its context."""
     geometries = root.findall("./Geometries/Geometry")
     place = int(number(analysis, "GeometryId") or 1)
     if not 0 < place <= len(geometries):
@@ -112,9 +112,9 @@ def take_regions(section: Section, root: ET.Element, analysis: ET.Element, numbe
         label, corners = word(region, "ID"), word(region, "PointIDs").split(",")
         missing = [corner for corner in corners if corner not in points]
         if missing:
-            raise Trouble(f"region {label} has corner {missing[0] or 'none'}, which is no point")
+            raise Trouble(f"region {label} has corner {missing[0] or 'none'}, which is not a point")
         if material.get(label) not in names:
-            section.left.append(f"region {label} has no material in this analysis: taken as empty")
+            section.left.append(f"region {label} has no material in this analysis: treated as empty")
             continue
         found.append((names[material[label]], [points[corner] for corner in corners]))
     for (soil, outline), name in zip(found, numbered([soil for soil, _ in found]), strict=True):
@@ -123,7 +123,7 @@ def take_regions(section: Section, root: ET.Element, analysis: ET.Element, numbe
 
 
 def take_soils(section: Section, root: ET.Element, metric: bool) -> None:
-    """Strength and weight of the soils that are used."""
+    """Strength and unit weight of the soils in use."""
     weight, stress = (1.0, 1.0) if metric else (POUNDS_PER_CUBIC_FOOT, POUNDS_PER_SQUARE_FOOT)
     for material in root.findall("./Materials/Material"):
         name = plain_name(word(material, "Name")) or f"material {word(material, 'ID')}"
@@ -135,25 +135,25 @@ def take_soils(section: Section, root: ET.Element, metric: bool) -> None:
         if model == "UndrainedPhiZero":
             cohesion, friction = number(values, "Cohesion"), 0.0
         elif model != "MohrCoulomb":
-            section.left.append(f"soil '{name}' is of model '{model}': its strength is to be given in the table")
+            section.left.append(f"soil '{name}' is of model '{model}': its strength must be given in the table")
             cohesion = friction = None
         else:
             cohesion, friction = cohesion or 0.0, friction or 0.0
             if number(values, "PhiB"):
-                section.left.append(f"soil '{name}': PhiB, strength by suction")
+                section.left.append(f"soil '{name}': PhiB, strength from suction")
         section.soils[name] = Soil(name, gamma and gamma * weight, None, None, None, None if cohesion is None else cohesion * stress, friction)
 
 
 def take_water(section: Section, root: ET.Element, number_of_it: str, metric: bool) -> None:
     """Piezometric line and surcharges of the analysis (fill between a line and the ground: its `Pressure` is a unit weight), and a list of what
-    else hangs on it."""
+    else belongs to it."""
     metres, weight = (1.0, 1.0) if metric else (FOOT, POUNDS_PER_CUBIC_FOOT)
     for item in root.findall("./WaterItems/WaterItem"):
         if word(item, "AnalysisID") == number_of_it:
             section.water_weight = (number(item.find("Entry"), "UnitWaterWeight") or 9.81 / weight) * weight
             option = word(item.find("Entry/ResultInputInfo"), "Option")
             if option not in ("", "None", "PiezoSurface"):
-                section.left.append(f"water by '{option}': *WATER LEVEL takes a line, or TYPE=SEEPAGE finds one")
+                section.left.append(f"water by '{option}': *WATER LEVEL requires a line, or TYPE=SEEPAGE computes one")
     for item in root.findall("./StabilityItems/StabilityItem"):
         entry = item.find("Entry")
         if word(item, "AnalysisID") != number_of_it or entry is None:

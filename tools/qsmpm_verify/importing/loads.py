@@ -1,4 +1,4 @@
-"""Loads on the ground: pressures on level area over stretches of x, as tractions on the ground below them."""
+"""Loads on the ground: pressures on horizontal area over ranges of x, as tractions on the ground surface below."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from shapely.geometry import LineString, Polygon
 from qsmpm_verify.importing.section import Load, Point, Section
 
 STEPS = 8
-"""Even pieces of a stretch over which a load varies: a traction is the same all over its surface."""
+"""Number of parts of a range over which a load varies: a traction is uniform on its surface."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +24,13 @@ class Stretch:
     high: Point
 
     def at(self, x: float) -> Point:
-        """The place of an x on it."""
+        """The position of an x on it."""
         share = (x - self.low[0]) / (self.high[0] - self.low[0])
         return x, self.low[1] + share * (self.high[1] - self.low[1])
 
 
 def ground_of(section: Section, side: int = 3) -> list[Stretch]:
-    """The ground from left to right: the upper bound of all regions, or their lower one (`side` 1); a vertical face is between two stretches."""
+    """The ground from left to right: the upper boundary of all regions, or their lower one (`side` 1); a vertical face is between two parts."""
     soil = shapely.union_all([shapely.make_valid(Polygon(region.outline)) for region in section.regions])
     low_x, high_x, low_y, high_y = section.box()
     near = 1.0e-6 * (high_x - low_x)
@@ -49,10 +49,10 @@ def ground_of(section: Section, side: int = 3) -> list[Stretch]:
 
 
 def add_even(section: Section, line: Sequence[Point], pressure: float, what: str) -> None:
-    """An even load that is drawn as a line; on a slope files do not agree on the area that they mean, so it is left."""
+    """A uniform load drawn as a line; on a slope the reference area differs between file formats, so the load is omitted."""
     (x, y), (end_x, end_y) = line[0], line[-1]
     if max(p[1] for p in line) - min(p[1] for p in line) > 1.0e-3 * abs(end_x - x):
-        section.left.append(f"{what} from ({x:g}, {y:g}) to ({end_x:g}, {end_y:g}): on level ground alone is it clear which area a load is counted on")
+        section.left.append(f"{what} from ({x:g}, {y:g}) to ({end_x:g}, {end_y:g}): the reference area of a load is only unique on level ground")
     else:
         section.loads.append(Load(what, ((min(x, end_x), pressure), (max(x, end_x), pressure)), y))
 
@@ -66,13 +66,13 @@ def add_fill(section: Section, line: Sequence[Point], weight: float, what: str) 
             places = [low, *(x for x, _ in points if low < x < high), high]
             depths = [float(np.interp(x, [p[0] for p in points], [p[1] for p in points])) - stretch.at(x)[1] for x in places]
             if min(depths) < -1.0e-6 * (high - low):
-                section.left.append(f"{what}: below the ground between x = {low:g} and {high:g}, where it has no weight")
+                section.left.append(f"{what}: below the ground between x = {low:g} and {high:g}; it has no weight there")
             if max(depths) > 0.0:
                 section.loads.append(Load(what, tuple((x, weight * max(depth, 0.0)) for x, depth in zip(places, depths, strict=True))))
 
 
 def tractions_of(section: Section) -> list[tuple[list[tuple[Point, Point]], float]]:
-    """Pieces of ground, the soil to their left, and the traction down on each list of them."""
+    """Parts of the ground, the soil on their left, and the downward traction on each list of them."""
     found: list[tuple[list[tuple[Point, Point]], float]] = []
     ground = ground_of(section)
     for load in section.loads:

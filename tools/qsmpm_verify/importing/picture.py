@@ -1,4 +1,4 @@
-"""The check picture: what was taken over, to lay beside the drawing."""
+"""The check figure: the imported section, for comparison with the drawing."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Projects of Rocscience as text: archives that hold sections of `key: value`, for Slide2 (slide.py) and RS2 (rs2.py).
+"""Projects of Rocscience as text: archives that contain sections of `key: value`, for Slide2 (slide.py) and RS2 (rs2.py).
 
-The layout is published by no one. It is taken from two readers that other people wrote after files of the maker: xslope (Apache licence)
-for Slide2 7 and 9 and RS2 11, slidepyv6 (MIT) for Slide 6. What they do not agree on, or do not know, is asked for or left.
+The format is not published. It is taken from two readers that others derived from files of the vendor: xslope (Apache licence)
+for Slide2 7 and 9 and RS2 11, slidepyv6 (MIT) for Slide 6. Data on which they differ, or that they do not know, are requested or omitted.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ UNITS = {
 
 
 def units_of(name: str, section: Section, path: Path) -> Units:
-    """The units that a project names."""
+    """The units of a project."""
     word = " ".join(name.replace('"', " ").lower().split())
     if word not in UNITS:
-        raise Trouble(f"{path}: units '{name}' are not known, which are {', '.join(UNITS)}: save it in one of them, or export DXF")
+        raise Trouble(f"{path}: units '{name}' are not supported; known are {', '.join(UNITS)}: save it in one of them, or export DXF")
     if "imperial" in word:
-        section.notes.append("in feet and pounds; written in m and kN")
+        section.notes.append("in feet and pounds; converted to m and kN")
     return UNITS[word]
 
 
@@ -57,7 +57,7 @@ def texts_of(path: Path, wanted: tuple[str, ...]) -> dict[str, str]:
 
 
 def sections_of(text: str) -> dict[str, list[str]]:
-    """Lines by the heading above them: one that begins at the margin and ends with a colon."""
+    """Lines by the heading above them: a line without indentation that ends with a colon."""
     found: dict[str, list[str]] = {}
     body: list[str] = []
     for line in text.splitlines():
@@ -74,7 +74,7 @@ def pairs_of(line: str) -> dict[str, str]:
 
 
 def settings_of(lines: list[str]) -> dict[str, str]:
-    """One setting a line; the value may stand on the next one."""
+    """One setting per line; the value may be on the next line."""
     found: dict[str, str] = {}
     last = ""
     for line in lines:
@@ -88,7 +88,7 @@ def settings_of(lines: list[str]) -> dict[str, str]:
 
 
 def number(words: dict[str, str], key: str) -> float | None:
-    """A number of a line, none where there is none."""
+    """A number of a line, None if there is none."""
     try:
         return float(words[key])
     except (KeyError, ValueError):
@@ -101,5 +101,5 @@ def times(value: float | None, factor: float) -> float | None:
 
 
 def whole(words: dict[str, str], key: str) -> int:
-    """A whole number, 0 where there is none."""
+    """An integer, 0 if there is none."""
     return int(number(words, key) or 0.0)

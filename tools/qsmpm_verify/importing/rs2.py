@@ -14,9 +14,9 @@ from qsmpm_verify.importing.section import Point, Section, Soil, along_x, plain_
 from qsmpm_verify.trouble import Trouble
 
 WEIGHT_COLUMN, RU_COLUMN = 1, 68
-"""Of a row of `material properties`, from 0."""
+"""Columns of a row of `material properties`, from 0."""
 LISTS = {"line load": "new line loads", "bolt": "bolts", "joint": "joint networks"}
-"""Blocks that a deck of the import has no card for, by what their entries begin with."""
+"""Blocks without a counterpart in the imported deck, by the beginning of their entries."""
 PIEZO_MODE, DRY_MODE = 3, 2
 """Water of a material: by a piezometric line, by a ratio ru (0: none)."""
 
@@ -26,7 +26,7 @@ def read_rs2(path: Path) -> Section:
     text = next(iter(texts_of(path, (".fea",)).values()))
     lines = [line.strip() for line in text.splitlines()]
     if "model description:" not in lines:
-        raise Trouble(f"{path}: no model of RS2: no section 'model description'")
+        raise Trouble(f"{path}: not a model of RS2: no section 'model description'")
     settings = settings_of(until_blank(lines, "model description:"))
     section = Section()
     units = units_of(settings.get("RFCunits", ""), section, path)
@@ -47,7 +47,7 @@ def read_rs2(path: Path) -> Section:
 
 
 def until_blank(lines: list[str], heading: str) -> list[str]:
-    """Lines below a heading up to the next blank one; none where there is no heading."""
+    """Lines below a heading up to the next blank line; none without the heading."""
     if heading not in lines:
         return []
     first = lines.index(heading) + 1
@@ -62,13 +62,13 @@ def inside(lines: list[str], block: str) -> list[str]:
 
 
 def place_of(line: str) -> Point:
-    """Coordinates behind a colon."""
+    """Coordinates after a colon."""
     x, y = line.split(":", 1)[1].split(",")
     return float(x), float(y)
 
 
 def take_zones(section: Section, lines: list[str], soils: dict[int, tuple[Soil, list[str]]], units: Units, path: Path) -> None:
-    """Faces that the boundaries cut, each of the material of a triangle inside of it."""
+    """Faces formed by the boundaries, each with the material of a triangle inside."""
     drawn: list[Drawn] = []
     kind, corners = "", list[Point]()
     geometry = inside(lines, "v6 geometry")
@@ -84,7 +84,7 @@ def take_zones(section: Section, lines: list[str], soils: dict[int, tuple[Soil, 
             else:
                 section.left.append(f"a boundary of kind '{kind}' from ({corners[0][0]:g}, {corners[0][1]:g})")
     if not any(line.closed for line in drawn):
-        raise Trouble(f"{path}: no external boundary is in this model")
+        raise Trouble(f"{path}: this model has no external boundary")
     mesh = inside(lines, "materials mesh")
     section.left += ["stages after the first one"] if any(line.startswith("stage 2:") for line in mesh) else []
     seeds = seeds_of(mesh)
@@ -95,12 +95,12 @@ def take_zones(section: Section, lines: list[str], soils: dict[int, tuple[Soil, 
             faces.append((soils[numbers[0]][0].name, face))
         else:
             x, y = face.representative_point().coords[0]
-            section.left.append(f"a zone around ({x * units.metres:.6g}, {y * units.metres:.6g}) has no material: taken as empty")
+            section.left.append(f"a zone around ({x * units.metres:.6g}, {y * units.metres:.6g}) has no material: treated as empty")
     add_faces(section, faces, units.metres, nearness(drawn))
 
 
 def seeds_of(lines: list[str]) -> list[tuple[Polygon, int]]:
-    """Triangles of the mesh of materials, and the number of the material of each in the first stage."""
+    """Triangles of the mesh of materials, and the material number of each in the first stage."""
     found = []
     for place, line in enumerate(lines):
         if line.startswith("P1:"):
@@ -111,7 +111,7 @@ def seeds_of(lines: list[str]) -> list[tuple[Polygon, int]]:
 
 
 def soils_of(text: str, units: Units) -> dict[int, tuple[Soil, list[str]]]:
-    """Soils by their numbers, and what of each has no counterpart."""
+    """Soils by their numbers, and the data of each without a counterpart."""
     lines = text.splitlines()
     weights = [row.split() for row in body(lines, "material properties:") if re.match(r"\s*-?\d", row)]
     found: dict[int, tuple[Soil, list[str]]] = {}
@@ -129,16 +129,16 @@ def soils_of(text: str, units: Units) -> dict[int, tuple[Soil, list[str]]]:
         cohesion = friction = dilation = None
         if model == "MohrCoulomb":
             cohesion, friction, dilation = times(number(strength, "C"), units.stress), number(strength, "phi"), number(strength, "dil")
-            left += [f"soil '{name}': tensile strength {strength['T']}, the deck has none below the tip of the yield surface"] if number(strength, "T") else []
+            left += [f"soil '{name}': tensile strength {strength['T']}, a deck of the import has no tension cut-off"] if number(strength, "T") else []
         else:
-            left.append(f"soil '{name}' is of model '{model}': its strength is to be given in the table")
+            left.append(f"soil '{name}' is of model '{model}': its strength must be given in the table")
         soil = Soil(name, weight or None, None, times(number(elastic, "E"), units.stress), number(elastic, "nu"), cohesion, friction, dilation)
         found[place] = (soil, left)
     return found
 
 
 def body(lines: list[str], heading: str) -> list[str]:
-    """Lines below a heading at the margin up to the next one."""
+    """Lines below an unindented heading up to the next one."""
     if heading not in (line.rstrip() for line in lines):
         return []
     first = [line.rstrip() for line in lines].index(heading) + 1
@@ -147,7 +147,7 @@ def body(lines: list[str], heading: str) -> list[str]:
 
 
 def take_water(section: Section, lines: list[str], units: Units) -> None:
-    """Piezometric lines that a material uses."""
+    """Piezometric lines used by a material."""
     modes = [int(line.split(":")[1]) for line in lines if line.startswith("iStaticWaterMode:")]
     used = {int(line.split(":")[1]) for line in lines if line.startswith("piezo_to_use:")}
     rows = until_blank(lines, "piezos:")
@@ -159,13 +159,13 @@ def take_water(section: Section, lines: list[str], units: Units) -> None:
         if number_of_it in used:
             section.water.append(along_x(corners, f"piezometric line {number_of_it}"))
     if section.water:
-        section.notes.append("the piezometric line holds for all soils")
+        section.notes.append("the piezometric line applies to all soils")
     if others := sorted({mode for mode in modes if mode not in (PIEZO_MODE, DRY_MODE)}):
-        section.left.append(f"water of a kind (iStaticWaterMode {', '.join(map(str, others))}) that is no piezometric line: *WATER LEVEL, TYPE=SEEPAGE finds one")
+        section.left.append(f"water of a type (iStaticWaterMode {', '.join(map(str, others))}) other than a piezometric line: *WATER LEVEL, TYPE=SEEPAGE computes one")
 
 
 def take_loads(section: Section, lines: list[str], units: Units) -> None:
-    """Even loads on the ground, normal to it or straight down; other ones are left."""
+    """Uniform loads on the ground, normal to it or vertical; other loads are omitted."""
     for place, line in enumerate(lines):
         if not re.fullmatch(r"distributed load \d+ start:", line):
             continue
@@ -176,6 +176,6 @@ def take_loads(section: Section, lines: list[str], units: Units) -> None:
         odd = [key for key in ("triangular", "flip angle", "is_groundwater") if words.get(key, "no") in ("yes", "true", "1", "on")]
         size = number(words, "magnitude1")
         if odd or words.get("type", "normal") not in ("normal", "vertical") or size is None or len(corners) < 2:
-            section.left.append(f"{what}: {', '.join(odd) or 'type ' + words.get('type', 'none')}: none that is even and straight down")
+            section.left.append(f"{what}: {', '.join(odd) or 'type ' + words.get('type', 'none')}: not a uniform vertical load")
         else:
             add_even(section, [(x * units.metres, y * units.metres) for x, y in corners], size * units.stress, what)

@@ -1,4 +1,4 @@
-"""A section as any file may draw it: regions of soil, water lines, loads, and what could not be taken over."""
+"""A section independent of the file format: soil regions, water lines, loads, and what could not be imported."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ METRES = {"mm": 1.0e-3, "cm": 1.0e-2, "dm": 0.1, "m": 1.0, "km": 1.0e3, "in": 0.
 
 @dataclass(frozen=True)
 class Soil:
-    """Numbers of a soil in kN and m; None where nothing is known."""
+    """Parameters of a soil in kN and m; None if unknown."""
 
     name: str
     weight: float | None = None
@@ -28,7 +28,7 @@ class Soil:
 
 @dataclass(frozen=True)
 class Region:
-    """One body: a closed outline, its last corner not the first one again."""
+    """One body: a closed outline whose last corner does not repeat the first."""
 
     name: str
     soil: str
@@ -37,46 +37,46 @@ class Region:
 
 @dataclass(frozen=True)
 class Load:
-    """A load down on the ground: kPa on level area at places along x, from left to right, straight in between."""
+    """A downward load on the ground: kPa on horizontal area at points along x, from left to right, linear in between."""
 
     name: str
     points: tuple[tuple[float, float], ...]
     drawn_at: float | None = None
-    """Height of its line, where that is meant to be the ground."""
+    """Height of its line, if that is meant to be the ground."""
 
 
 @dataclass
 class Section:
-    """What is drawn, in metres and kN."""
+    """The content of a file, in metres and kN."""
 
     regions: list[Region] = field(default_factory=list)
     soils: dict[str, Soil] = field(default_factory=dict)
     water: list[tuple[Point, ...]] = field(default_factory=list)
     water_weight: float = 9.81
     dry: set[str] = field(default_factory=set)
-    """Soils that the water line is not for."""
+    """Soils to which the water line does not apply."""
     loads: list[Load] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    """Sentences: what was taken how."""
+    """Sentences on how data were interpreted."""
     left: list[str] = field(default_factory=list)
-    """What has no counterpart and was left, with its place."""
+    """What has no counterpart and was omitted, with its position."""
 
     def box(self) -> tuple[float, float, float, float]:
         """Least and largest x, least and largest y of the regions."""
         if not self.regions:
-            raise Trouble("nothing closed is drawn: no region of soil was found")
+            raise Trouble("no closed line: no soil region was found")
         x, y = zip(*(point for region in self.regions for point in region.outline), strict=True)
         return min(x), max(x), min(y), max(y)
 
 
 def area_of(outline: Sequence[Point]) -> float:
-    """Signed area, positive where the corners run counter-clockwise."""
+    """Signed area, positive for counter-clockwise corners."""
     following = [*outline[1:], outline[0]]
     return 0.5 * sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(outline, following, strict=True))
 
 
 def without_repeats(points: Sequence[Point], near: float) -> tuple[Point, ...]:
-    """Corners that are not those before them, the first one not again at the end."""
+    """Corners without consecutive duplicates; the first one is not repeated at the end."""
     kept: list[Point] = []
     for point in points:
         if not kept or max(abs(point[0] - kept[-1][0]), abs(point[1] - kept[-1][1])) > near:
@@ -87,19 +87,19 @@ def without_repeats(points: Sequence[Point], near: float) -> tuple[Point, ...]:
 
 
 def along_x(line: Sequence[Point], what: str) -> tuple[Point, ...]:
-    """A water line from left to right; one that turns back is no level."""
+    """A water line from left to right; one that reverses in x is not a level."""
     points = list(line)
     if len(points) < 2:
-        raise Trouble(f"{what}: a water line has two corners at the least")
+        raise Trouble(f"{what}: a water line requires at least two corners")
     if points[-1][0] < points[0][0]:
         points.reverse()
     if any(b[0] < a[0] for a, b in zip(points, points[1:], strict=False)):
-        raise Trouble(f"{what}: the water line turns back on itself in x near ({points[0][0]:g}, {points[0][1]:g})")
+        raise Trouble(f"{what}: the water line reverses in x near ({points[0][0]:g}, {points[0][1]:g})")
     return tuple(points)
 
 
 def numbered(names: Sequence[str]) -> list[str]:
-    """Names that differ: the second one of a kind is called `name 2`."""
+    """Unique names: the second one of a kind is named `name 2`."""
     met: dict[str, int] = {}
     taken: list[str] = []
     for name in names:
@@ -110,5 +110,5 @@ def numbered(names: Sequence[str]) -> list[str]:
 
 
 def plain_name(text: str) -> str:
-    """A name as a deck may have it: no commas, quotes or equals signs."""
+    """A name valid in a deck: no commas, quotes or equals signs."""
     return " ".join("".join(" " if c in ",\"'=*" or not c.isprintable() else c for c in text).split())[:60]

@@ -21,11 +21,11 @@ DOWN = 270.0
 LISTS = {
     "anchors": r"\s*\d+\s+x1:", "pore pressures": r".*\bv:", "tension crack": r".*vertices:",
 }  # fmt: skip
-"""Sections that a deck of the import has no card for, and what an entry of each looks like."""
+"""Sections without a counterpart in the imported deck, and the form of their entries."""
 
 
 def read_slide(path: Path, wanted: str | None) -> Section:
-    """The section of a scenario, by name or number; the first one when not said."""
+    """The section of a scenario, by name or number; default the first one."""
     texts = texts_of(path, (".sli", ".slsp", ".slsc", ".slmm"))
     shared = [sections_of(text) for name, text in texts.items() if name.lower().endswith(".slsp")]
     scenario = chosen(texts, wanted, path)
@@ -61,11 +61,11 @@ def chosen(texts: dict[str, str], wanted: str | None, path: Path) -> tuple[str, 
     models = {Path(name).name: text for name, text in texts.items() if "material types:" in text and not name.lower().endswith(".slsp")}
     order = [name for name in called if name in models] + [name for name in models if name not in called]
     if not order:
-        raise Trouble(f"{path}: no model of Slide2: no section 'material types'")
+        raise Trouble(f"{path}: not a model of Slide2: no section 'material types'")
     for place, name in enumerate(order, start=1):
         if wanted is None or wanted in (str(place), called.get(name, Path(name).stem)):
             return called.get(name, Path(name).stem), models[name]
-    raise Trouble(f"{path}: no scenario '{wanted}'; there are {', '.join(called.get(name, Path(name).stem) for name in order)}")
+    raise Trouble(f"{path}: no scenario '{wanted}'; available are {', '.join(called.get(name, Path(name).stem) for name in order)}")
 
 
 def names_of(bodies: list[list[str]]) -> dict[str, str]:
@@ -75,7 +75,7 @@ def names_of(bodies: list[list[str]]) -> dict[str, str]:
 
 
 def soils_of(bodies: list[list[str]]) -> dict[str, dict[str, str]]:
-    """What is said of each soil, in the shared model and in the scenario."""
+    """Data of each soil, in the shared model and in the scenario."""
     found: dict[str, dict[str, str]] = {}
     for body in bodies:
         for line in body:
@@ -85,16 +85,16 @@ def soils_of(bodies: list[list[str]]) -> dict[str, dict[str, str]]:
 
 
 def take_cells(section: Section, model: dict[str, list[str]], places: dict[int, Point], names: dict[str, str], units: Units, path: Path) -> None:
-    """The cells of each soil, joined."""
+    """The cells of each soil, merged."""
     cells: dict[str, list[Polygon]] = {}
     for line in model.get("cells", []):
         if row := re.match(r"\s*\d+\s+vertices:\s*\[([^\]]*)\]\s*material:\s*(\S+)", line):
             corners = [int(word) for word in row[1].split(",") if word.strip()]
             if any(corner not in places for corner in corners):
-                raise Trouble(f"{path}: a cell has a corner that is no vertex: {line.strip()}")
+                raise Trouble(f"{path}: a cell has a corner that is not a vertex: {line.strip()}")
             cell = Polygon([places[corner] for corner in corners]) if len(corners) > 2 else Polygon()
             if not cell.is_valid or cell.is_empty:
-                raise Trouble(f"{path}: a cell is no simple outline: {line.strip()}")
+                raise Trouble(f"{path}: a cell is not a simple polygon: {line.strip()}")
             cells.setdefault(row[2], []).append(cell)
     if not cells:
         raise Trouble(f"{path}: this scenario has no cells of soil")
@@ -108,14 +108,14 @@ def take_cells(section: Section, model: dict[str, list[str]], places: dict[int, 
 
 
 def take_soil(section: Section, name: str, words: dict[str, str], units: Units) -> None:
-    """Strength and weight of a soil that is drawn."""
+    """Strength and unit weight of a soil in the section."""
     if name not in section.soils:
         return
     soil = Soil(name, times(number(words, "uw"), units.weight) or None, times(number(words, "uwbwt"), units.weight))
     if "type" in words and whole(words, "type") == MOHR_COULOMB:
         soil = replace(soil, cohesion=(number(words, "c") or 0.0) * units.stress, friction=number(words, "phi") or 0.0)
     else:
-        section.left.append(f"soil '{name}' is of strength type {words.get('type', 'none')}, not Mohr-Coulomb: its strength is to be given in the table")
+        section.left.append(f"soil '{name}' is of strength type {words.get('type', 'none')}, not Mohr-Coulomb: its strength must be given in the table")
     if number(words, "wtable") == 0.0:
         section.dry.add(name)
     if number(words, "withru"):
@@ -131,13 +131,13 @@ def take_water(section: Section, model: dict[str, list[str]], settings: dict[str
     if way == "hu" and line:
         corners = [places[int(word)] for word in line[0].split(",") if word.strip()]
         section.water.append(along_x([(x * units.metres, y * units.metres) for x, y in corners], "the water table"))
-        section.notes.append("the water table holds for all soils" if not section.dry else "the water table holds for soils of wtable: 1")
+        section.notes.append("the water table applies to all soils" if not section.dry else "the water table applies to soils with wtable: 1")
     elif way not in ("none", "", "hu"):
-        section.left.append(f"water by '{way}': *WATER LEVEL takes a line, or TYPE=SEEPAGE finds one")
+        section.left.append(f"water by '{way}': *WATER LEVEL requires a line, or TYPE=SEEPAGE computes one")
 
 
 def take_loads(section: Section, lines: list[str], units: Units) -> None:
-    """Even loads straight down; other ones are left."""
+    """Uniform vertical loads; other loads are omitted."""
     for line in lines:
         words = pairs_of(line)
         if "load" not in words:
@@ -147,6 +147,6 @@ def take_loads(section: Section, lines: list[str], units: Units) -> None:
         x, y, end_x, end_y = (value if value is None else value * units.metres for value in places)
         what = f"load {line.split()[0]}"
         if x is None or y is None or end_x is None or end_y is None or number(words, "type") or number(words, "angle") != DOWN or other not in (None, size):
-            section.left.append(f"{what}: {line.strip()}: none that is even, over a stretch and straight down (angle: 270)")
+            section.left.append(f"{what}: {line.strip()}: not a uniform vertical load over a length (angle: 270)")
         else:
             add_even(section, ((x, y), (end_x, end_y)), size * units.stress, what)

@@ -1,4 +1,4 @@
-"""The table of soils: what a drawing does not say, asked for in a CSV that is written with what is known."""
+"""The table of soils: data that a drawing lacks, requested in a CSV file that contains the known values."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ COLUMNS = [field.name for field in fields(Soil)]
 UNITS = {"weight": "kN/m3", "saturated_weight": "kN/m3", "young": "kPa", "poisson": "-", "cohesion": "kPa", "friction": "deg", "dilation": "deg"}
 NEEDED = ("weight", "cohesion", "friction")
 YOUNG, POISSON, DILATION = 20_000.0, 0.3, 0.0
-"""What is taken where nothing is said: neither stiffness changes a factor of safety (docs/methods/safety.md); soil that does not
-dilate is the careful choice."""
+"""Default values: neither stiffness changes a factor of safety (docs/methods/safety.md); soil that does not
+dilate is the conservative choice."""
 
 
 def read_table(path: Path, section: Section) -> None:
-    """Take the numbers of a table; a soil or a number that cannot be is an error with its line."""
+    """Read the values of a table; an unknown soil or an invalid number is an error with its line."""
     try:
         rows = list(csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines()))
     except OSError as error:
@@ -28,10 +28,10 @@ def read_table(path: Path, section: Section) -> None:
         words = {(key or "").split("[")[0].strip().lower(): (value or "").strip() for key, value in row.items()}
         unknown = [key for key in words if key not in COLUMNS]
         if unknown:
-            raise Trouble(f"{path}:1: no column '{unknown[0]}'; there are {', '.join(COLUMNS)}")
+            raise Trouble(f"{path}:1: unknown column '{unknown[0]}'; known are {', '.join(COLUMNS)}")
         name = words.get("name", "")
         if name not in section.soils:
-            raise Trouble(f"{path}:{line}: no soil '{name}' is drawn; there are {', '.join(sorted(section.soils))}")
+            raise Trouble(f"{path}:{line}: no soil '{name}' in the section; known are {', '.join(sorted(section.soils))}")
         for key, value in words.items():
             if key != "name" and value:
                 numbers: dict[str, Any] = {key: number_at(value, key, path, line)}
@@ -39,18 +39,18 @@ def read_table(path: Path, section: Section) -> None:
 
 
 def number_at(value: str, key: str, path: Path, line: int) -> float:
-    """A number of the table that may be one."""
+    """An optional number of the table."""
     try:
         number = float(value)
     except ValueError:
-        raise Trouble(f"{path}:{line}: {key} '{value}' is no number") from None
+        raise Trouble(f"{path}:{line}: {key} '{value}' is not a number") from None
     if not 0.0 <= number < 1.0e12:
         raise Trouble(f"{path}:{line}: {key} {value} is not in [0, 1e12)")
     return number
 
 
 def missing(section: Section) -> list[str]:
-    """What the deck needs and nobody has said: `soil: number, number`."""
+    """Parameters that the deck requires and that are missing: `soil: number, number`."""
     return [
         f"{soil.name}: {', '.join(lacks)}"
         for soil in section.soils.values() if (lacks := [key for key in NEEDED if getattr(soil, key) is None])
@@ -58,7 +58,7 @@ def missing(section: Section) -> list[str]:
 
 
 def write_table(path: Path, section: Section) -> None:
-    """The table with what is known; the rest is empty."""
+    """The table with the known values; the others are empty."""
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow([f"{key} [{UNITS[key]}]" if key in UNITS else key for key in COLUMNS])
@@ -67,7 +67,7 @@ def write_table(path: Path, section: Section) -> None:
 
 
 def completed(soil: Soil, section: Section) -> Soil:
-    """A soil with what is usual where nothing is said; the section's notes tell."""
+    """A soil with default values for missing ones, which are noted in the section."""
     taken = []
     if soil.young is None:
         taken.append(f"E = {YOUNG:g} kPa")
@@ -76,7 +76,7 @@ def completed(soil: Soil, section: Section) -> Soil:
     if soil.dilation is None:
         taken.append("psi = 0")
     if taken:
-        section.notes.append(f"soil '{soil.name}': {', '.join(taken)} taken, the file does not say; a column of the table does")
+        section.notes.append(f"soil '{soil.name}': {', '.join(taken)} assumed, not defined in the file; a column of the table defines them")
     return Soil(
         soil.name, soil.weight, soil.weight if soil.saturated_weight is None else soil.saturated_weight,
         YOUNG if soil.young is None else soil.young, POISSON if soil.poisson is None else soil.poisson,

@@ -1,4 +1,4 @@
-"""Words of `import`: FILE, --to, --soils, --cells, --unit, --water, --gap, --analysis, --picture."""
+"""Arguments of `import`: FILE, --to, --soils, --cells, --unit, --water, --gap, --analysis, --picture."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ ELSEWHERE = {
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("import", help="a section drawn elsewhere as a deck: DXF drawings, projects of GeoStudio, Slide2 and RS2")
-    verb.add_argument("file", type=Path, help="a drawing (.dxf) or a project (.gsz, .slmd, .slim, .sli, .fez, .fea)")
-    verb.add_argument("--to", type=Path, metavar="DECK", help="the deck to write (default FILE with .inp)")
-    verb.add_argument("--soils", type=Path, metavar="CSV", help="table of soils; it is written, to be filled, where numbers are missing")
-    verb.add_argument("--cells", type=whole, default=20, metavar="N", help="cells of the grid over the height (default 20)")
-    verb.add_argument("--unit", choices=tuple(METRES), help="unit of a drawing, where it says none or a wrong one")
-    verb.add_argument("--water", metavar="LAYER", help="layer of the water level; one that is named so when not given")
-    verb.add_argument("--gap", type=float, metavar="LENGTH", help="metres up to which lines that miss each other are joined")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("import", help="convert a section drawn in another program to a deck: DXF drawings, projects of GeoStudio, Slide2 and RS2")
+    verb.add_argument("file", type=Path, help="drawing (.dxf) or project (.gsz, .slmd, .slim, .sli, .fez, .fea)")
+    verb.add_argument("--to", type=Path, metavar="DECK", help="deck to write (default FILE with .inp)")
+    verb.add_argument("--soils", type=Path, metavar="CSV", help="table of soils; it is written for completion if values are missing")
+    verb.add_argument("--cells", type=whole, default=20, metavar="N", help="number of grid cells over the height (default 20)")
+    verb.add_argument("--unit", choices=tuple(METRES), help="unit of a drawing, if it defines none or a wrong one")
+    verb.add_argument("--water", metavar="LAYER", help="layer of the water level; default the layer with such a name")
+    verb.add_argument("--gap", type=float, metavar="LENGTH", help="largest gap between lines that are joined, in metres")
     verb.add_argument("--analysis", metavar="NAME", help="name or number of an analysis or scenario of a project (default the first one)")
-    verb.add_argument("--picture", type=Path, help="the check picture (default DECK with .png)")
-    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program that checks the deck")
+    verb.add_argument("--picture", type=Path, help="check figure (default DECK with .png)")
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="program that checks the deck")
     verb.set_defaults(act=act)
 
 
 def whole(word: str) -> int:
     """A number of cells."""
     if not word.isdigit() or not 2 <= int(word) <= 1000:
-        raise argparse.ArgumentTypeError(f"'{word}' is no number of cells from 2 to 1000")
+        raise argparse.ArgumentTypeError(f"'{word}' is not a number of cells from 2 to 1000")
     return int(word)
 
 
 def read(words: argparse.Namespace) -> Section:
-    """The section of a file, by its kind."""
+    """The section of a file, by its format."""
     kind = words.file.suffix.lower()
     if kind == ".dxf":
         return read_dxf(words.file, words.unit, words.water, words.gap)
@@ -61,11 +61,11 @@ def read(words: argparse.Namespace) -> Section:
     try:
         return read_rs2(words.file) if kind in (".fez", ".fea") else read_slide(words.file, words.analysis)
     except (ValueError, IndexError, KeyError, StopIteration) as error:
-        raise Trouble(f"{words.file}: damaged, or of a version whose text is another one ({error}): export the section as DXF there") from error
+        raise Trouble(f"{words.file}: damaged, or of an unsupported version ({error}): export the section as DXF") from error
 
 
 def act(words: argparse.Namespace) -> int:
-    """Read, ask for what is missing, write, draw, check; tell what was taken how and what was left."""
+    """Read, request missing data, write, draw, check; report how data were interpreted and what was omitted."""
     section = read(words)
     check_section(section)
     deck = words.to or words.file.with_suffix(".inp")
@@ -79,7 +79,7 @@ def act(words: argparse.Namespace) -> int:
         write_table(table, section)
         tell(section)
         print(f"picture    {picture}")
-        raise Trouble(f"numbers of soils are missing, {'; '.join(lacks)}: fill in {table} and ask again")
+        raise Trouble(f"soil parameters are missing, {'; '.join(lacks)}: complete {table} and repeat the command")
     deck.write_text(deck_of(section, words.file.name, words.cells), encoding="utf-8")
     tell(section)
     print(f"picture    {picture}")
@@ -89,21 +89,21 @@ def act(words: argparse.Namespace) -> int:
 
 
 def tell(section: Section) -> None:
-    """A line a region, a note and what was left."""
+    """One line for each region, each note and each omission."""
     for region in section.regions:
         print(f"region     {region.name}: soil '{region.soil}', {len(region.outline)} corners")
     for note in section.notes:
         print(f"note       {note}")
     for what in section.left:
-        print(f"left       {what}")
+        print(f"omitted    {what}")
 
 
 def check(program: Path, deck: Path) -> None:
-    """What the program says of the deck."""
+    """The check of the deck by the program."""
     if not program.is_file():
-        print(f"not checked: {program} is not there")
+        print(f"not checked: {program} not found")
         return
     done = subprocess.run([program.resolve(), "check", deck], capture_output=True, text=True, check=False, timeout=600)
     print(done.stdout, end="")
     if done.returncode:
-        raise RunFailed(done.stderr.strip() or f"the program does not take {deck}")
+        raise RunFailed(done.stderr.strip() or f"the program rejects {deck}")

@@ -1,8 +1,8 @@
-"""Reference solutions: closed forms, quadratures and own numerical solutions, one module a family.
+"""Reference solutions: closed forms, quadratures and own numerical solutions, one module for each family.
 
-Every public function is pure, takes and returns plain numbers in consistent units and refuses arguments outside of
+Every public function is pure, takes and returns plain numbers in consistent units and rejects arguments outside
 its range with a ValueError. Its docstring has the entries Formula, Units, Range, Assumes, Source and
-Check; `page.markdown()` turns them into docs/references.md. The check is a test of its own by another route, in
+Check; `page.markdown()` writes them to docs/references.md. The check is a separate test by an independent method, in
 tests/test_reference_<family>.py. A case file names a function as {function = "van_langen", ...}.
 """
 
@@ -38,7 +38,7 @@ def functions(family: ModuleType) -> dict[str, Callable[..., object]]:
 
 
 def _is_figure(function: Callable[..., object]) -> bool:
-    """Whether a function hands out one number, as a case needs."""
+    """Whether a function returns one number, as a case requires."""
     return inspect.signature(function).return_annotation in (float, "float")
 
 
@@ -48,7 +48,7 @@ REFERENCES: dict[str, Reference] = {
     for name, function in functions(family).items()
     if _is_figure(function)
 }
-"""The functions a case file may name."""
+"""The functions that a case file may name."""
 __all__ = ["FAMILIES", "REFERENCES", "Reference", "cantilever_tip", "column_position_hencky", "functions", "lambert_w",
            "van_langen"]  # fmt: skip
 
@@ -57,4 +57,4 @@ def __getattr__(name: str) -> Reference:
     """Every function by its bare name: `reference.column_height_rate`."""
     if name in REFERENCES:
         return REFERENCES[name]
-    raise AttributeError(f"no reference is called {name}")
+    raise AttributeError(f"unknown reference {name}")

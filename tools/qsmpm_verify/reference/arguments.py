@@ -1,4 +1,4 @@
-"""Checks of arguments: a figure outside the range of a formula is refused in one sentence."""
+"""Checks of arguments: a value outside the range of a formula is rejected with one sentence."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import math
 def within(name: str, value: float, low: float = -math.inf, high: float = math.inf) -> None:
     """Raise ValueError unless low <= value <= high."""
     if not low <= value <= high:
-        raise ValueError(f"{name} = {value:g} must lie between {low:g} and {high:g}")
+        raise ValueError(f"{name} = {value:g} must be between {low:g} and {high:g}")
 
 
 def between(name: str, value: float, low: float = -math.inf, high: float = math.inf) -> None:
     """Raise ValueError unless low < value < high."""
     if not low < value < high:
-        raise ValueError(f"{name} = {value:g} must lie strictly between {low:g} and {high:g}")
+        raise ValueError(f"{name} = {value:g} must be strictly between {low:g} and {high:g}")
 
 
 def positive(**values: float) -> None:
@@ -36,9 +36,9 @@ def poisson_ratio(value: float) -> None:
 
 
 def step_count(value: float) -> int:
-    """The count of steps as a whole number; ValueError when it is none."""
+    """The number of steps as an integer; ValueError if it is not one."""
     if value < 1 or value != math.floor(value):
-        raise ValueError(f"steps = {value:g} must be a whole number of at least 1")
+        raise ValueError(f"steps = {value:g} must be an integer of at least 1")
     return int(value)
 
 

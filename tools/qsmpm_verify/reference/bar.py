@@ -1,4 +1,4 @@
-"""A bar in tension with free sides, to and beyond its largest load. Tension positive."""
+"""A bar in tension with free sides, up to and beyond its largest load. Tension positive."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def bar_force_rate(stretch: float, poisson: float) -> float:
     """Axial force of the bar, rate law.
 
     Formula: P / (E A0) = (lambda^(-2 nu) - lambda^(-1)) / (1 - 2 nu); ln(lambda) / lambda for nu = 0.5
-    Units: stretch lambda [-]; result [-], over E and the first area
+    Units: stretch lambda [-]; result [-], over E and the initial area
     Range: lambda > 0, 0 <= nu <= 0.5
     Assumes: stress only along the bar, homogeneous
     Source: own derivation, d sigma = (E - (1 - 2 nu) sigma) d lambda / lambda
@@ -29,7 +29,7 @@ def bar_peak_stretch_rate(poisson: float) -> float:
 
     Formula: lambda = (1 / (2 nu))^(1 / (1 - 2 nu)); e for nu = 0.5
     Units: [-]
-    Range: 0 < nu <= 0.5; for nu = 0 the force grows towards E A0 without a maximum
+    Range: 0 < nu <= 0.5; for nu = 0 the force tends to E A0 without a maximum
     Assumes: as bar_force_rate
     Source: own derivation
     Check: search for the maximum of the integrated rate
@@ -55,10 +55,10 @@ def bar_peak_force_rate(poisson: float) -> float:
 
 
 def bar_force_hencky(stretch: float) -> float:
-    """Axial force of the bar, logarithmic law, whatever nu.
+    """Axial force of the bar, logarithmic law, for any nu.
 
     Formula: P / (E A0) = ln(lambda) / lambda; largest 1/e at lambda = e
-    Units: stretch lambda [-]; result [-], over E and the first area
+    Units: stretch lambda [-]; result [-], over E and the initial area
     Range: lambda > 0
     Assumes: stress only along the bar, homogeneous
     Source: Hencky 1928

@@ -1,6 +1,6 @@
-"""Slender bars: cantilever under a dead end load, column that buckles.
+"""Slender bars: cantilever under a dead end load, buckling column.
 
-The cantilever is Reissner's beam (bending, axial and shear strain); with the flexibilities zero it is
+The cantilever is Reissner's beam (bending, axial and shear strain); with zero flexibilities it is
 the elastica. Lengths are divided by L, forces by E I / L^2 unless the docstring says otherwise.
 """
 
@@ -15,7 +15,7 @@ State = tuple[float, float, float, float]
 
 
 def _shoot(start: float, load: float, axial: float, shear: float, steps: int) -> State:
-    """Slope, bending moment and place of the tip for a moment at the clamp (Runge-Kutta 4, unit length)."""
+    """Slope, bending moment and position of the tip for a moment at the clamp (Runge-Kutta 4, unit length)."""
 
     def rate(state: State) -> State:
         sine, cosine = math.sin(state[0]), math.cos(state[0])
@@ -39,7 +39,7 @@ def _shoot(start: float, load: float, axial: float, shear: float, steps: int) ->
 
 
 def _tip(load: float, axial: float, shear: float, steps: int) -> State:
-    """State of the tip of the beam in equilibrium: shooting on the moment at the clamp."""
+    """State of the tip of the beam in equilibrium: shooting method on the moment at the clamp."""
     between("load_parameter", load, 0.0, 45.0)
     not_negative(axial=axial, shear=shear)
     between("load_parameter * (shear - axial)", load * (shear - axial), high=1.0)
@@ -59,7 +59,7 @@ def cantilever_tip(
 e = P sin theta / EA, g = P cos theta / GAs
     Units: load_parameter k = P L^2 / (E I) [-], axial = E I / (E A L^2) and shear = E I / (G As L^2) [-]; result [-]
     Range: 0 < k < 45, k (shear - axial) < 1
-    Assumes: theta(0) = 0, M(L) = 0, load keeps its direction; axial = shear = 0 is the elastica
+    Assumes: theta(0) = 0, M(L) = 0, load of constant direction; axial = shear = 0 is the elastica
     Source: Reissner 1972; the elastica agrees with Mattiasson 1981 to his five digits
     Check: first integral M(theta) and quadrature over the slope
     """
@@ -103,7 +103,7 @@ def beam_deflection(
     Formula: L w(k)/L of cantilever_tip, EI = E d^3 / (12 (1 - nu^2)), EA = E d / (1 - nu^2), GAs = 5/6 G d
     Units: force [force/width], length and depth [length], young [stress]; result [length]
     Range: a slender beam, depth well below length; -1 < nu < 0.5
-    Assumes: Reissner beam; elastica leaves axial and shear strain out
+    Assumes: Reissner beam; elastica neglects axial and shear strain
     Source: Reissner 1972; AMPLE's beam (10 x 1 m, 12 MPa, nu 0.2, 100 kN) gives 8.1754 m, elastica 8.0624 m
     Check: quadrature over the slope; engineering beam theory with shear at a small load
     """
@@ -164,7 +164,7 @@ def post_buckling_load(slope: float) -> float:
 
 
 def post_buckling_deflection(slope: float) -> float:
-    """Sideways displacement of the tip over the length.
+    """Lateral displacement of the tip over the length.
 
     Formula: w / L = 2 p / K(p), p = sin(alpha / 2)
     Units: slope alpha of the tip [degree]; result [-]
@@ -181,7 +181,7 @@ def post_buckling_height(slope: float) -> float:
     """Height of the tip above the foot over the length.
 
     Formula: h / L = 2 E(p) / K(p) - 1, p = sin(alpha / 2)
-    Units: slope alpha of the tip [degree]; result [-], negative when the tip hangs below the foot
+    Units: slope alpha of the tip [degree]; result [-], negative if the tip is below the foot
     Range: 0 < alpha < 180
     Assumes: as post_buckling_load
     Source: Timoshenko & Gere 1961 (60 degrees: 0.741)

@@ -19,10 +19,10 @@ def prandtl_footing(cohesion: float = 1.0) -> float:
 
     Formula: q = (2 + pi) s_u
     Units: cohesion s_u [stress]; result [stress]
-    Range: any strength; the same smooth or rough, weight without effect
-    Assumes: plane strain, surface load beside the footing zero
+    Range: any strength; the same for smooth and rough footings, weight without effect
+    Assumes: plane strain, no surface load beside the footing
     Source: Prandtl 1920
-    Check: dissipation of Hill's mechanism, summed over thin sectors; march of slip lines with phi = 0
+    Check: dissipation of Hill's mechanism, summed over thin sectors; integration along slip lines with phi = 0
     """
     return (2 + math.pi) * cohesion
 
@@ -35,7 +35,7 @@ def bearing_nq(friction: float) -> float:
     Range: 0 <= phi < 90
     Assumes: plane strain, soil without weight
     Source: Reissner 1924
-    Check: Mohr's circles on either side of thin sectors of the fan; march of slip lines
+    Check: Mohr's circles on either side of thin sectors of the fan; integration along slip lines
     """
     phi = friction_angle("friction", friction)
     return math.exp(math.pi * math.tan(phi)) * math.tan(math.pi / 4 + phi / 2) ** 2
@@ -49,7 +49,7 @@ def bearing_nc(friction: float) -> float:
     Range: 0 <= phi < 90
     Assumes: plane strain, soil without weight
     Source: Prandtl 1921
-    Check: march of slip lines; limit phi -> 0
+    Check: integration along slip lines; limit phi -> 0
     """
     phi = friction_angle("friction", friction)
     return 2 + math.pi if phi == 0 else (bearing_nq(friction) - 1) / math.tan(phi)
@@ -57,14 +57,14 @@ def bearing_nc(friction: float) -> float:
 
 @functools.cache
 def _ngamma_smooth(friction: float, fan: int) -> float:
-    """Half the growth of the pressure with the distance from the edge."""
+    """Half the gradient of the pressure with the distance from the edge."""
     field = far_field(friction_angle("friction", friction), fan, 0.0)
     pressure = field.soil.vertical(field.base)
     return float((pressure[-1] - pressure[-2]) / (field.base[X, -2] - field.base[X, -1]) / 2)
 
 
 def _ends_on_axis(field: Field, start: int) -> Array | None:
-    """The slip line from a base node to where its major stress is vertical; None when the march stops before."""
+    """The slip line from a base node to the point where its major stress is vertical; None if the integration stops before."""
     line = field.line_from_base(start)
     after = int(np.argmax(line[ANGLE] > 0))
     if after == 0:
@@ -75,7 +75,7 @@ def _ends_on_axis(field: Field, start: int) -> Array | None:
 
 
 def _trapezium(values: Array, places: Array) -> float:
-    """Integral of values over places."""
+    """Integral of values over positions."""
     return float(np.sum((values[1:] + values[:-1]) / 2 * np.diff(places)))
 
 
@@ -105,11 +105,11 @@ def _ngamma_rough(friction: float, fan: int) -> float:
 def bearing_ngamma_smooth(friction: float) -> float:
     """Factor of the weight, smooth footing, q = g B Ngamma / 2.
 
-    Formula: growth of the pressure from the edge, dp/dx / (2 g), far from the edge; method of characteristics
+    Formula: gradient of the pressure from the edge, dp/dx / (2 g), far from the edge; method of characteristics
     Units: friction [degree]; result [-]
     Range: 5 <= phi <= 45; accurate to 2e-5
     Assumes: plane strain, associated flow, no cohesion, surcharge -> 0
-    Source: Sokolovskii 1965; own march, agrees with Martin 2005
+    Source: Sokolovskii 1965; own integration, agrees with Martin 2005
     Check: similarity solution s(omega), t(omega) of the same equations, integrated from the base to the passive zone
     """
     within("friction", friction, 5.0, 45.0)
@@ -119,11 +119,11 @@ def bearing_ngamma_smooth(friction: float) -> float:
 def bearing_ngamma_rough(friction: float) -> float:
     """Factor of the weight, rough footing, q = g B Ngamma / 2.
 
-    Formula: vertical equilibrium of the wedge between base, axis and the slip line that is upright on the axis
+    Formula: vertical equilibrium of the wedge between base, axis and the slip line that is vertical on the axis
     Units: friction [degree]; result [-]
     Range: 5 <= phi <= 45; accurate to 5e-5
     Assumes: plane strain, associated flow, no cohesion, surcharge -> 0, full friction near the edges
-    Source: Lundgren & Mortensen 1953; own march, agrees with Martin 2005
+    Source: Lundgren & Mortensen 1953; own integration, agrees with Martin 2005
     Check: similarity solution of the same equations, wedge included
     """
     within("friction", friction, 5.0, 45.0)
@@ -131,13 +131,13 @@ def bearing_ngamma_rough(friction: float) -> float:
 
 
 def _smooth_field(soil: Soil, reach: float, fan: int) -> Field:
-    """March along the passive boundary up to a distance, finer towards the edge."""
+    """Integration along the passive boundary up to a distance, finer towards the edge."""
     grading = np.expm1(np.linspace(0, 6, 4 * fan + 1)[1:]) / math.expm1(6)
     return march(soil, reach * grading, fan, 0.0)
 
 
 def _smooth_reach(soil: Soil, width: float, fan: int, low: float, high: float) -> float:
-    """Distance between two others whose slip line ends on the axis of the footing."""
+    """Distance between two given ones whose slip line ends on the axis of the footing."""
 
     def beyond_axis(reach: float) -> float:
         return -float(_smooth_field(soil, reach, fan).base[X, -1]) - width / 2
@@ -162,7 +162,7 @@ def bearing_capacity_smooth(
     Units: friction [degree], cohesion, surcharge and result [stress], unit_weight [force/volume], width [length]
     Range: 0 <= phi <= 45, cohesion or surcharge above zero; accurate to 1e-5
     Assumes: plane strain, associated flow; above the sum c Nc + q Nq + g B Ngamma / 2
-    Source: Sokolovskii 1965; own march
+    Source: Sokolovskii 1965; own integration
     Check: limits c Nc + q Nq without weight and g B Ngamma / 2 with much weight; phi = 0 with weight
     """
     phi = friction_angle("friction", friction)
@@ -177,9 +177,9 @@ def bearing_capacity_smooth(
 
 
 def _wedge(field: Field, start: int) -> tuple[float, float] | None:
-    """Width and mean pressure of the rough footing whose wedge begins at a base node; None when the march stops before.
+    """Width and mean pressure of the rough footing whose wedge begins at a base node; None if the integration stops before.
 
-    Weightless soil: the base slides up to that node, the slip line from there to the axis carries the rest.
+    Weightless soil: the base slides up to that node, the slip line from there to the axis resists the rest.
     """
     line = _ends_on_axis(field, start)
     if line is None:
@@ -192,13 +192,13 @@ def _wedge(field: Field, start: int) -> tuple[float, float] | None:
 
 
 def _profile_march(ratio: float, fan: int, end: float) -> Field:
-    """Soil with strength 1 at the surface and gain 1, for a footing of the width `ratio`."""
+    """Soil with strength 1 at the surface and gradient 1, for a footing of width `ratio`."""
     grading = np.expm1(np.linspace(0, 6, 4 * fan + 1)[1:]) / math.expm1(6)
     return march(Soil(0.0, 1.0, 0.0, 0.0, 1.0), 3 * max(ratio, 1.2) * grading, fan, end)
 
 
 def _profile_rough(ratio: float, fan: int) -> float:
-    """Mean pressure under a rough footing: its base slides near the edges, or the fan ends before it would."""
+    """Mean pressure under a rough footing: its base slides near the edges, or the fan ends before."""
     field = _profile_march(ratio, fan, -math.pi / 4)
     found = [_wedge(field, start) for start in range(field.base.shape[1] - 1)]
     wedges = [wedge for wedge in found if wedge is not None]
@@ -217,7 +217,7 @@ def _profile_rough(ratio: float, fan: int) -> float:
 
 
 def _profile_smooth(ratio: float, fan: int, low: float, high: float) -> tuple[float, float]:
-    """Mean pressure under a smooth footing, and the reach of its march."""
+    """Mean pressure under a smooth footing, and the extent of the integration."""
     soil = Soil(0.0, 1.0, 0.0, 0.0, 1.0)
     reach = _smooth_reach(soil, ratio, fan, low, high)
     return _smooth_pressure(soil, ratio, reach, fan), reach
@@ -230,7 +230,7 @@ def bearing_profile_rough(ratio: float) -> float:
     Units: ratio = k B / s_0 [-]; result q / s_0 [-]
     Range: 0.01 <= k B / s_0 <= 30; accurate to 1e-4
     Assumes: plane strain, Tresca soil without weight, full adhesion
-    Source: Davis & Booker 1973; own march
+    Source: Davis & Booker 1973; own integration
     Check: slope at k = 0 from the work of Prandtl's mechanism (upper bound theorem), limit 2 + pi
     """
     within("ratio", ratio, 0.01, 30.0)
@@ -244,7 +244,7 @@ def bearing_profile_smooth(ratio: float) -> float:
     Units: ratio = k B / s_0 [-]; result q / s_0 [-]
     Range: 0.01 <= k B / s_0 <= 30; accurate to 1e-4
     Assumes: plane strain, Tresca soil without weight
-    Source: Davis & Booker 1973; own march
+    Source: Davis & Booker 1973; own integration
     Check: slope at k = 0 from the work of Hill's mechanism (upper bound theorem), limit 2 + pi
     """
     within("ratio", ratio, 0.01, 30.0)

@@ -2,7 +2,7 @@
 
 M slope of the critical state line, lambda and kappa slopes of the v - ln p lines, v0 specific volume and p0 mean
 stress at the start. Triaxial compression, compression positive, effective stress; eta = q/p. Strains are
-those of the small-strain form with v = v0 kept. Ellipse q^2 = M^2 p (p_c - p), associated flow.
+those of the small-strain form with constant v = v0. Ellipse q^2 = M^2 p (p_c - p), associated flow.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ def cam_clay_undrained_pressure(ratio: float, slope: float, lam: float, kappa: f
     Formula: p / p0 = (M^2 / (M^2 + eta^2))^(1 - kappa/lambda)
     Units: ratio eta, slope M, lam, kappa [-]; result [-]
     Range: 0 <= eta <= M, 0 <= kappa < lambda
-    Assumes: volume kept, isotropic normal consolidation at p0
+    Assumes: constant volume, isotropic normal consolidation at p0
     Source: Roscoe & Burland 1968
     Check: Runge-Kutta integration of the elastic-plastic rate
     """
     power = _soil(slope, lam, kappa)
     if not 0 <= ratio <= slope:
-        raise ValueError(f"ratio = {ratio:g} must lie between 0 and the slope {slope:g}")
+        raise ValueError(f"ratio = {ratio:g} must be between 0 and the slope {slope:g}")
     return float((slope**2 / (slope**2 + ratio**2)) ** power)
 
 
@@ -51,21 +51,21 @@ def cam_clay_undrained_strength(slope: float, lam: float, kappa: float) -> float
 
 
 def _drained(ratio: float, slope: float) -> None:
-    """Refuse stress ratios a drained triaxial test does not reach."""
+    """Reject stress ratios that a drained triaxial test does not reach."""
     between("slope", slope, 0.0, 3.0)
     if not 0 <= ratio <= slope:
-        raise ValueError(f"ratio = {ratio:g} must lie between 0 and the slope {slope:g}")
+        raise ValueError(f"ratio = {ratio:g} must be between 0 and the slope {slope:g}")
 
 
 def cam_clay_drained_pressure(ratio: float, slope: float) -> float:
-    """Mean stress over p0 in drained triaxial compression at a stress ratio eta, cell pressure kept.
+    """Mean stress over p0 in drained triaxial compression at a stress ratio eta, constant cell pressure.
 
     Formula: p / p0 = 3 / (3 - eta)
     Units: [-]
     Range: 0 <= eta <= M < 3
     Assumes: dq = 3 dp
     Source: equilibrium
-    Check: walk along the stress path in small steps
+    Check: integration along the stress path in small steps
     """
     _drained(ratio, slope)
     return 3 / (3 - ratio)
@@ -96,7 +96,7 @@ def cam_clay_drained_shear_strain(
 + ln((M + eta)/(M - eta))/M - (2/M) atan(eta/M)) + 2 (1 + nu) kappa ln(3/(3 - eta)) / (3 (1 - 2 nu) v0)
     Units: all [-], volume = v0 > 1; result [-]
     Range: 0 <= eta < M < 3; infinite at eta = M
-    Assumes: small-strain form, v = v0, Poisson's ratio kept, shear modulus follows p
+    Assumes: small-strain form, v = v0, constant Poisson's ratio, shear modulus proportional to p
     Source: own integration of the flow rule 2 eta / (M^2 - eta^2)
     Check: Runge-Kutta integration of the elastic-plastic rate
     """
@@ -123,7 +123,7 @@ def cam_clay_confined_ratio(slope: float, lam: float, kappa: float, poisson: flo
     Formula: lambda = 1.5 ((lambda - kappa) 2 eta / (M^2 - eta^2) + kappa eta 2 (1 + nu) / (9 (1 - 2 nu)))
     Units: all [-]; result eta [-]
     Range: 0 <= kappa < lambda, -1 < nu < 0.5
-    Assumes: no lateral strain, eps_v = 1.5 eps_q, stress ratio has settled
+    Assumes: no lateral strain, eps_v = 1.5 eps_q, constant stress ratio
     Source: Roscoe & Burland 1968 with elastic strain; own derivation
     Check: Runge-Kutta integration of confined compression from an isotropic state
     """

@@ -1,6 +1,6 @@
-"""Expansion of a cylindrical or spherical cavity in soil without end, large strain in the plastic zone.
+"""Expansion of a cylindrical or spherical cavity in an infinite soil, large strain in the plastic zone.
 
-Compression positive; a0 is the first, a the present radius. `sphere` chooses the spherical cavity.
+Compression positive; a0 is the initial, a the current radius. `sphere` chooses the spherical cavity.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def cavity_tresca(expansion: float, rigidity: float, sphere: bool = False) -> fl
     Formula: (p - p0) / s_u = f (1 + ln Ir + ln(1 - (a0/a)^m)), cylinder f = 1, m = 2; sphere f = 4/3, m = 3
     Units: expansion a/a0 [-], rigidity Ir = G/s_u [-]; result [-]
     Range: Ir (1 - (a0/a)^m) >= 1: the wall has yielded
-    Assumes: volume kept, elastic strain small beyond the plastic zone
+    Assumes: constant volume, elastic strain small beyond the plastic zone
     Source: Gibson & Anderson 1961; Hill 1950 (sphere)
     Check: quadrature of the equilibrium with the elastic-plastic shear stress at every radius
     """
@@ -29,7 +29,7 @@ def cavity_tresca(expansion: float, rigidity: float, sphere: bool = False) -> fl
     power = 3 if sphere else 2
     reach = rigidity * (1 - expansion**-power)
     if reach < 1:
-        raise ValueError(f"expansion = {expansion:g} is still elastic for rigidity = {rigidity:g}")
+        raise ValueError(f"expansion = {expansion:g} is in the elastic range for rigidity = {rigidity:g}")
     return (4 / 3 if sphere else 1.0) * (1 + math.log(reach))
 
 
@@ -48,7 +48,7 @@ def cavity_tresca_limit(rigidity: float, sphere: bool = False) -> float:
 
 
 class _Soil:
-    """Constants of the cavity in Mohr-Coulomb soil, letters of Yu & Houlsby 1991."""
+    """Constants of the cavity in Mohr-Coulomb soil, notation of Yu & Houlsby 1991."""
 
     def __init__(
         self, young: float, poisson: float, cohesion: float, friction: float, dilatancy: float, pressure: float,
@@ -83,7 +83,7 @@ class _Soil:
 
 
 def _lambda_one(soil: _Soil, r: float, gamma: float, xi: float) -> float:
-    """The series of Yu & Houlsby, summed until its terms are lost in rounding."""
+    """The series of Yu & Houlsby, summed up to round-off."""
     total, factor = 0.0, 1.0
     for n in range(1000):
         power = n - gamma
@@ -92,7 +92,7 @@ def _lambda_one(soil: _Soil, r: float, gamma: float, xi: float) -> float:
         if n > gamma and abs(factor * term) <= 1e-17 * abs(total) < math.inf:
             return total
         factor *= xi / (n + 1)
-    raise ArithmeticError("the series of the cavity does not converge: hardly any friction, or soil too soft")
+    raise ArithmeticError("the series of the cavity does not converge: friction too small, or soil too soft")
 
 
 def _series(soil: _Soil) -> tuple[float, float, float]:
@@ -106,7 +106,7 @@ def _series(soil: _Soil) -> tuple[float, float, float]:
 
 
 def _expansion_by_series(soil: _Soil, pressure: float) -> float:
-    """(a0/a)^((beta + k)/beta) at a pressure; it falls to zero at the limit pressure."""
+    """(a0/a)^((beta + k)/beta) at a pressure; it decreases to zero at the limit pressure."""
     gamma, eta, xi = _series(soil)
     ratio = (soil.k + soil.alpha) * (soil.y + (soil.alpha - 1) * pressure)
     r = ratio / (soil.alpha * (1 + soil.k) * soil.excess)
@@ -129,11 +129,11 @@ def cavity_mohr_coulomb(
     """Pressure in a cavity in Mohr-Coulomb soil, by the series.
 
     Formula: a/a0 = {R^-g / ((1 - d)^((b+k)/b) - (g/e) L1(R, x))}^(b/(b+k)), L1(R, x) = sum x^n (R^(n-g) - 1)/(n! (n-g))
-    Units: expansion a/a0 [-], young, cohesion, pressure = p0 at the start [stress], angles [degree]; result [stress]
+    Units: expansion a/a0 [-], young, cohesion, initial pressure = p0 [stress], angles [degree]; result [stress]
     Range: wall has yielded; 0 < phi < 90, 0 <= psi <= phi
     Assumes: logarithmic strain in the plastic zone, small strain beyond, axial stress intermediate (cylinder)
     Source: Yu & Houlsby 1991
-    Check: cavity_mohr_coulomb_quadrature; flow rule in differences of the field; Tresca for hardly any friction
+    Check: cavity_mohr_coulomb_quadrature; flow rule in differences of the field; Tresca for nearly zero friction
     """
     soil = _Soil(young, poisson, cohesion, friction, dilatancy, pressure, sphere)
     within("expansion", expansion, low=soil.least_expansion())
@@ -205,7 +205,7 @@ f = beta eps_r + k eps_theta of the elastic strain
 
 
 class _Hencky:
-    """Soil of Hencky's law and Mohr-Coulomb in Kirchhoff stress without dilatancy around a cavity, tension positive."""
+    """Soil with Hencky's law and Mohr-Coulomb in Kirchhoff stress without dilatancy around a cavity, tension positive."""
 
     def __init__(self, young: float, poisson: float, cohesion: float, friction: float) -> None:
         positive(young=young, cohesion=cohesion)
@@ -217,7 +217,7 @@ class _Hencky:
         self.strength = 2 * cohesion * math.sqrt(self.ratio)
 
     def stress(self, radial: float, hoop: float) -> tuple[float, float, float, float]:
-        """Kirchhoff stress, radial and hoop, and the slopes of the radial one, at logarithmic strains."""
+        """Kirchhoff stress, radial and hoop, and the derivatives of the radial one, at logarithmic strains."""
         mean = self.plane * (radial + hoop)
         half = self.shear * (radial - hoop)
         if self.ratio * (mean - half) - (mean + half) <= self.strength:
@@ -235,7 +235,7 @@ class _Hencky:
         return [state[1], stretch**2 / (along - radial) * (out - bend)]
 
     def wall(self, slope: float, far: float) -> tuple[float, float]:
-        """Displacement of the wall over its first radius, and pressure, when the held rim at `far` has u' = -slope."""
+        """Displacement of the wall over its initial radius, and pressure, if the fixed rim at `far` has u' = -slope."""
         growth, stretch = end_of_path(self.rate, far, 1.0, [0.0, -slope])
         radial = self.stress(math.log1p(stretch), math.log1p(growth))[0]
         return growth, -radial / ((1 + growth) * (1 + stretch))
@@ -244,14 +244,14 @@ class _Hencky:
 def cavity_growth_hencky(
     pressure: float, young: float, poisson: float, cohesion: float, friction: float, far: float
 ) -> float:
-    """Displacement of the wall of a cylindrical cavity over its first radius, soil stress-free at the start.
+    """Displacement of the wall of a cylindrical cavity over its initial radius, soil initially stress-free.
 
     Formula: d(tau_r/r')/dR = (tau_t R/r - tau_r/r')/R, tau_r + tau_t = 2 (lambda + G) ln(r r'/R), r(far) = far
-    Units: pressure, young, cohesion [stress], friction [degree], far = first radius of the held rim over that of the \
+    Units: pressure, young, cohesion [stress], friction [degree], far = initial radius of the fixed rim over that of the \
 wall [-]; result [-]
     Range: 0 < phi < 90, psi = 0, axial stress intermediate
-    Assumes: Hencky's law and yield in Kirchhoff stress as KINEMATICS=LOGARITHMIC, strains of any size everywhere
-    Source: own derivation: without dilatancy ln(r r'/R) is elastic, so that the stress does not know the path
+    Assumes: Hencky's law and yield in Kirchhoff stress as KINEMATICS=LOGARITHMIC, finite strain everywhere
+    Source: own derivation: without dilatancy ln(r r'/R) is elastic, so that the stress is independent of the path
     Check: cavity_mohr_coulomb for a stiff soil, Lame for a small pressure
     """
     positive(pressure=pressure)
@@ -265,12 +265,12 @@ wall [-]; result [-]
 
 
 def tube_growth_hencky(pressure: float, young: float, poisson: float, outer: float) -> float:
-    """Growth of the bore of an elastic tube under a pressure inside, over its first radius, the rim free, ends held.
+    """Growth of the bore of an elastic tube under an inner pressure, over its initial radius, the rim free, ends fixed.
 
     Formula: d(tau_r/r')/dR = (tau_t R/r - tau_r/r')/R, tau = 2 G ln(stretch) + lambda ln(r r'/R), tau_r(outer) = 0
-    Units: pressure, young [stress], outer = first radius of the rim over that of the bore [-]; result [-]
-    Range: outer > 1; below the largest pressure that the tube carries
-    Assumes: Hencky's law in Kirchhoff stress as KINEMATICS=LOGARITHMIC, strains of any size everywhere
+    Units: pressure, young [stress], outer = initial radius of the rim over that of the bore [-]; result [-]
+    Range: outer > 1; below the limit pressure of the tube
+    Assumes: Hencky's law in Kirchhoff stress as KINEMATICS=LOGARITHMIC, finite strain everywhere
     Source: own derivation
     Check: Lame for a small pressure
     """

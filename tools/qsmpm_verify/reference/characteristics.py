@@ -1,8 +1,8 @@
 """Stress field of Mohr-Coulomb soil with weight beside a strip footing or a wall: method of characteristics.
 
 The soil at rest beside the footing or the wall (x > 0, z down) is in the passive state. Its boundary, a straight
-slip line from the edge, starts the march: a fan at the edge, then slip lines that leave
-the base of the footing, z = 0, or the wall, x = 0. Unknown at every node are place, mean stress s and angle t of the major
+slip line from the edge, is the start of the integration: a fan at the edge, then slip lines that leave
+the base of the footing, z = 0, or the wall, x = 0. The unknowns at every node are position, mean stress s and angle t of the major
 stress from the vertical. With e = 45 - phi/2, R = c cos phi + s sin phi and the unit weight g
 
     along dx/dz = tan(t + e):  ds + 2 R / cos phi dt = g (dz - tan phi dx)
@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 X, Z, MEAN, ANGLE = range(4)
 SECTORS = 24
-"""Sectors of the fan of the coarse march; the fine one has twice as many."""
+"""Sectors of the fan of the coarse integration; the fine one has twice as many."""
 ROUNDS = 60
-"""Most rounds of the fixed-point iteration of a node; it gains a digit or more a round."""
+"""Limit of the fixed-point iterations of a node; each gains at least one digit."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Soil:
 
 @dataclass(frozen=True)
 class Field:
-    """Nodes of the march: `fronts[d, :, j]` is node d - j of slip line j, `base[:, j]` its end on the footing or the wall."""
+    """Nodes of the integration: `fronts[d, :, j]` is node d - j of slip line j, `base[:, j]` its end on the footing or the wall."""
 
     soil: Soil
     fan: int
@@ -79,7 +79,7 @@ class Field:
 
 
 def _node(soil: Soil, a: Array, b: Array) -> Array:
-    """Nodes where the slip lines from a (t + e) and from b (t - e) meet."""
+    """Nodes where the slip lines from a (t + e) and from b (t - e) intersect."""
     cosine, sine, slope, spread = math.cos(soil.friction), math.sin(soil.friction), math.tan(soil.friction), soil.spread
     angle, mean, z = (a[ANGLE] + b[ANGLE]) / 2, (a[MEAN] + b[MEAN]) / 2, (a[Z] + b[Z]) / 2
     # Mohr's radius at the mean of two ends, twice over cos phi: what the ends of the known nodes give of it
@@ -126,8 +126,8 @@ def _edge(soil: Soil, fan: Array) -> Array:
 
 
 def march(soil: Soil, places: Array, fan: int, end: float, wall: bool = False) -> Field:
-    """The field from nodes at distances `places` along the passive boundary and `fan` sectors to the angle `end`, which
-    the major stress has at the base, or at the wall."""
+    """The field from nodes at distances `places` along the passive boundary and `fan` sectors to the angle `end` of the
+    major stress at the base, or at the wall."""
     count, angles = len(places), np.linspace(math.pi / 2, end, fan + 1)
     far = np.concatenate([[0.0], places])
     front = np.zeros((4, count + 1))
@@ -155,15 +155,15 @@ def march(soil: Soil, places: Array, fan: int, end: float, wall: bool = False) -
 
 
 def _refined(ratio: float, span: float, fan: int) -> Array:
-    """Distances that grow by a constant factor from 0.01 to 0.01 * span."""
+    """Distances that increase by a constant factor from 0.01 to 0.01 * span."""
     return np.asarray(0.01 * ratio ** np.arange(round(fan * math.log(span) / (SECTORS * math.log(1.2)) + 1)))
 
 
 def far_field(friction: float, fan: int, end: float, wall: bool = False) -> Field:
-    """March of cohesionless soil, friction [radian], weight 1, so far that the surcharge 1 is forgotten."""
+    """Integration for cohesionless soil, friction [radian], weight 1, far enough for the surcharge 1 to be negligible."""
     return march(Soil(friction, 0.0, 1.0, 1.0), _refined(1.2 ** (SECTORS / fan), 1e10, fan), fan, end, wall)
 
 
 def extrapolated(coarse: float, fine: float) -> float:
-    """Second-order extrapolation from two marches, the finer with half the spacing."""
+    """Second-order extrapolation from two integrations, the finer with half the spacing."""
     return fine + (fine - coarse) / 3

@@ -1,7 +1,7 @@
 """A column that compresses under its own weight, lateral strain prevented or nu = 0.
 
-Height l0, modulus E, unit weight g (force per first volume); Q = g l0 / E is the only number that
-matters. Compression is positive. A negative unit weight makes the column hang.
+Height l0, modulus E, unit weight g (force per initial volume); Q = g l0 / E is the only parameter that
+matters. Compression is positive. A negative unit weight describes a hanging column.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ def lambert_w(x: float) -> float:
     Formula: w exp(w) = x
     Units: [-]
     Range: x >= -1/e
-    Assumes: nothing; Halley iteration to rounding
+    Assumes: nothing; Halley iteration to round-off
     Source: Corless et al. 1996
     Check: the inverse function; scipy.special.lambertw
     """
@@ -37,11 +37,11 @@ def lambert_w(x: float) -> float:
 
 
 def _load(height: float, young: float, unit_weight: float, least: float) -> float:
-    """Q = g l0 / E, refused at or below the least value that has an answer."""
+    """Q = g l0 / E, rejected at or below the least value with a solution."""
     positive(height=height, young=young)
     load = unit_weight * height / young
     if load <= least:
-        raise ValueError(f"the column hangs with unit_weight * height / young = {load:g}: no equilibrium")
+        raise ValueError(f"hanging column with unit_weight * height / young = {load:g}: no equilibrium")
     return load
 
 
@@ -62,10 +62,10 @@ def column_height_hencky(height: float, young: float, unit_weight: float) -> flo
 
 
 def column_position_hencky(place: float, height: float, young: float, unit_weight: float) -> float:
-    """Height at which a point of the column ends that was at height X, logarithmic law.
+    """Final height of a point of the column initially at height X, logarithmic law.
 
     Formula: x(X) = (E/g) (G(Q) - G(q)), G(q) = W(q) + W(q)^2 / 2, q = g (l0 - X) / E
-    Units: place X and height [length], young [stress], unit_weight [force/volume]; result [length]
+    Units: position X and height [length], young [stress], unit_weight [force/volume]; result [length]
     Range: 0 <= X <= l0, Q > -1/e
     Assumes: as column_height_hencky
     Source: own derivation, integral of the stretch from the foot
@@ -97,8 +97,8 @@ def column_height_rate(height: float, young: float, unit_weight: float) -> float
 
     Formula: h = (E/g) ln(1 + Q)
     Units: height [length], young [stress], unit_weight [force/volume]; result [length]
-    Range: Q > -1: a column that hangs with its weight at or above E has no equilibrium
-    Assumes: nu = 0 (else the constrained modulus for E); mass is kept
+    Range: Q > -1: a hanging column with weight at or above E has no equilibrium
+    Assumes: nu = 0 (otherwise the constrained modulus for E); constant mass
     Source: own derivation
     Check: quadrature of the stretch of the integrated rate
     """
@@ -108,10 +108,10 @@ def column_height_rate(height: float, young: float, unit_weight: float) -> float
 
 
 def column_position_rate(place: float, height: float, young: float, unit_weight: float) -> float:
-    """Height at which a point of the column ends that was at height X, rate law.
+    """Final height of a point of the column initially at height X, rate law.
 
     Formula: x(X) = (E/g) ln((1 + Q) / (1 + q)), q = g (l0 - X) / E
-    Units: place X and height [length], young [stress], unit_weight [force/volume]; result [length]
+    Units: position X and height [length], young [stress], unit_weight [force/volume]; result [length]
     Range: 0 <= X <= l0, Q > -1
     Assumes: as column_height_rate
     Source: own derivation, integral of the stretch from the foot
@@ -142,8 +142,8 @@ def column_height_paper_steps(height: float, young: float, unit_weight: float, s
 
     Formula: h = (E/g) (ln(1 + b Q) / b^2 - a Q / b), a = 1/n, b = 1 - a; (E/g)(Q - Q^2/2) for n = 1
     Units: height [length], young [stress], unit_weight [force/volume], steps [-]; result [length]
-    Range: n > Q, or the foot turns inside out in the first step; Q > -1
-    Assumes: as column_height_rate; stress of the step's start in -sigma tr(d eps); lambda = (1 - a q)/(1 + b q)
+    Range: n > Q, otherwise the foot inverts in the first step; Q > -1
+    Assumes: as column_height_rate; stress at the start of the step in -sigma tr(d eps); lambda = (1 - a q)/(1 + b q)
     Source: own derivation
     Check: the update carried out step by step at many heights, midpoint rule
     """
@@ -158,12 +158,12 @@ def column_height_paper_steps(height: float, young: float, unit_weight: float, s
 
 
 def column_height_shrinking_mass(height: float, young: float, unit_weight: float) -> float:
-    """Height of the column if a point's mass were its density times its shrinking volume: an error, not a target.
+    """Height of the column if the mass of a point were its density times its decreasing volume: an error, not a target.
 
     Formula: h = (E/g) (sqrt(1 + 2 Q) - 1)
     Units: height [length], young [stress], unit_weight [force/volume]; result [length]
     Range: Q > -1/2
-    Assumes: rate law, eq. 29 of Beuth et al. 2008 read with a constant density: the weight shrinks with the volume
+    Assumes: rate law, eq. 29 of Beuth et al. 2008 with a constant density: the weight decreases with the volume
     Source: own derivation, l0 = h + g h^2 / (2 E)
     Check: iteration of a stack of thin slices whose weight follows their volume
     """
@@ -173,12 +173,12 @@ def column_height_shrinking_mass(height: float, young: float, unit_weight: float
 
 
 def column_stress(place: float, height: float, unit_weight: float) -> float:
-    """Vertical stress at the point that was at height X, whatever the law, compression positive.
+    """Vertical stress at the point initially at height X, for any law, compression positive.
 
     Formula: sigma = g (l0 - X)
-    Units: place X and height [length], unit_weight [force/volume]; result [stress]
+    Units: position X and height [length], unit_weight [force/volume]; result [stress]
     Range: 0 <= X <= l0
-    Assumes: equilibrium, mass kept, no lateral strain
+    Assumes: equilibrium, constant mass, no lateral strain
     Source: equilibrium
     Check: sum of the weights of thin slices above the point
     """
@@ -188,12 +188,12 @@ def column_stress(place: float, height: float, unit_weight: float) -> float:
 
 
 def column_base_stress(height: float, unit_weight: float) -> float:
-    """Vertical stress at the foot of the column, whatever the law, compression positive.
+    """Vertical stress at the foot of the column, for any law, compression positive.
 
     Formula: sigma = g l0
     Units: height [length], unit_weight [force/volume]; result [stress]
     Range: height > 0
-    Assumes: equilibrium, mass kept
+    Assumes: equilibrium, constant mass
     Source: equilibrium
     Check: sum of the weights of thin slices
     """

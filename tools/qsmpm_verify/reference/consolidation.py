@@ -1,7 +1,7 @@
-"""Soil from which pore water flows in time: a layer under a load, a cylinder and a ball squeezed from outside.
+"""Transient consolidation: a layer under a load, a cylinder and a sphere under external pressure.
 
 M = E (1 - nu)/((1 + nu)(1 - 2 nu)) and G are the moduli of the skeleton, c = k M/gamma_w the coefficient of
-consolidation; water and grains do not change their volume. Pressures are divided by the load.
+consolidation; water and grains are incompressible. Pressures are divided by the load.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from collections.abc import Callable
 from qsmpm_verify.reference.arguments import poisson_ratio, positive, within
 
 TERMS = 400
-"""Terms of a series in time."""
+"""Terms of a time series."""
 TALBOT = 24
-"""Places on Talbot's contour."""
+"""Points on Talbot's contour."""
 THICK_CELLS, THICK_STEPS = 100, 600
-"""Differences in place and time of a layer that strains by much."""
+"""Differences in space and time of a layer with large strain."""
 COLUMN_CELLS, COLUMN_STEPS = 100, 1000
-"""Differences in place and time of a column that empties."""
+"""Differences in space and time of a draining column."""
 
 
 def layer_settlement(time_factor: float) -> float:
-    """Settlement of a layer that drains at its top, over its settlement at the end.
+    """Settlement of a layer that drains at its top, over its final settlement.
 
     Formula: U = 1 - sum 8/((2 m + 1)^2 pi^2) exp(-((2 m + 1) pi/2)^2 T)
     Units: time_factor T = c t/H^2 [-]; result [-]
     Range: T > 0
-    Assumes: one dimension, a load that comes at once and stays, small strains
+    Assumes: one dimension, a load applied instantaneously and held constant, small strains
     Source: Terzaghi 1923
     Check: finite differences in depth and time
     """
@@ -38,10 +38,10 @@ def layer_settlement(time_factor: float) -> float:
 
 
 def ramped_layer_settlement(time_factor: float, rise: float) -> float:
-    """Settlement of a layer that drains at its top under a load that comes evenly and stays, over its settlement at the end.
+    """Settlement of a layer that drains at its top under a load applied at a constant rate and then held constant, over its final settlement.
 
     Formula: (I(T) - I(T - T_0))/T_0, I(T) = T - sum 2/r^4 (1 - exp(-r^2 T)), r = (2 m + 1) pi/2; T < T_0: I(T)/T_0
-    Units: time_factor T = c t/H^2 [-], rise T_0 until which the load grows [-]; result [-]
+    Units: time_factor T = c t/H^2 [-], rise T_0 at which the load reaches its final value [-]; result [-]
     Range: T > 0, T_0 > 0
     Assumes: one dimension, small strains
     Source: Terzaghi 1923, Terzaghi and Froelich 1936
@@ -57,14 +57,14 @@ def ramped_layer_settlement(time_factor: float, rise: float) -> float:
 
 
 def two_layer_settlement(time_factor: float, contrast: float, share: float = 0.5) -> float:
-    """Settlement of soil below a more permeable layer that drains at its top, of one stiffness, over its settlement at the end.
+    """Settlement of soil below a more permeable layer that drains at its top, of equal stiffness, over its final settlement.
 
     Formula: by Laplace transform (K s)^1/2 (t + r)/((1 + r t) s^2), t = tanh(a (s/K)^1/2), r = tanh((1 - a) s^1/2)/K^1/2
     Units: time_factor T = c t/H^2 of the lower soil [-], contrast K of permeabilities, upper over lower [-], share a of the
         upper layer in the height H [-]; result [-]
     Range: T > 0, K > 0, a from 0 to 1
     Assumes: as layer_settlement
-    Source: Schiffman and Stein 1970, by Talbot's inversion in place of their series
+    Source: Schiffman and Stein 1970, by Talbot's inversion instead of their series
     Check: layer_settlement for K = 1; finite differences
     """
     positive(time_factor=time_factor, contrast=contrast)
@@ -95,12 +95,12 @@ def layer_pressure(time_factor: float, depth: float = 1.0) -> float:
 
 
 def permeability_ratio(stretch: float, void_ratio: float = 0.0, index: float = 0.0, power: float = 0.0) -> float:
-    """Permeability of soil whose volume has changed, over that at the start.
+    """Permeability of soil whose volume has changed, over its initial value.
 
     Formula: e = (1 + e_0) J - 1; with C_k 10^((e - e_0)/C_k), without (e/e_0)^3 (1 + e_0)/(1 + e); without e_0 J^power
     Units: stretch J of the volume [-], void_ratio e_0 [-], index C_k [-], power [-]; result [-]
     Range: J > 0, e_0 and C_k from 0 on
-    Assumes: grains that keep their volume
+    Assumes: incompressible grains
     Source: Taylor 1948 (index); Carman 1956 (e_0 alone); Xie and Leo 2004 (power 2)
     Check: values by hand
     """
@@ -118,13 +118,13 @@ def permeability_ratio(stretch: float, void_ratio: float = 0.0, index: float = 0
 def thick_layer_settlement(
     time_factor: float, load: float, void_ratio: float = 0.0, index: float = 0.0, power: float = 0.0, cauchy: bool = False,
 ) -> float:  # fmt: skip
-    """Settlement over its height of a layer that drains at its top, whose strains are large and whose permeability follows.
+    """Settlement over the height of a layer that drains at its top, with large strains and variable permeability.
 
     Formula: dJ/dt = d/dA(K/(gamma_w J) dp/dA), p = P + M ln(J)/J, p = 0 at the top, no flow at the base
     Units: time_factor T = c t/H^2 [-], c = K_0 M/gamma_w; load P/M [-]; void_ratio, index, power as permeability_ratio; cauchy; result [-]
     Range: T > 0, P > 0
-    Assumes: one dimension, a load that comes at once, Hencky's law: of Kirchhoff's stress, or with cauchy p = P + M ln J
-    Source: Gibson, England and Hussey 1967, by differences in place and time (steps that grow as their number)
+    Assumes: one dimension, a load applied instantaneously, Hencky's law: of Kirchhoff's stress, or with cauchy p = P + M ln J
+    Source: Gibson, England and Hussey 1967, by differences in space and time (steps proportional to their number)
     Check: closed form of Xie and Leo 2004 for power 2 and cauchy; layer_settlement for small loads
     """
     positive(time_factor=time_factor, load=load)
@@ -152,7 +152,7 @@ def _thick_step(
     log_j: list[float], dt: float, load: float, k_top: float, stress_of: Callable[[float], tuple[float, float]],
     conductance_of: Callable[[float], float],
 ) -> list[float]:  # fmt: skip
-    """Logarithms of the stretch after a step, by Newton's method; between two cells flows the mean of their conductances."""
+    """Logarithms of the stretch after a step, by Newton's method; the flow between two cells uses the mean of their conductances."""
     h, small = 1.0 / len(log_j), 1e-6
     old = [math.exp(x) for x in log_j]
     for _ in range(30):
@@ -183,13 +183,13 @@ def _thick_step(
 
 
 def emptying_column(time: float, porosity: float, modulus: float, loss: float = 0.0, outflow: bool = False) -> float:
-    """Settlement, or what has flown out, over the height of full ground whose base is opened to the air, so that its surface falls.
+    """Settlement, or outflow, over the height of saturated ground whose base is opened to the air, so that its phreatic surface falls.
 
     Formula: n dS/dt + S de/dt = d/dy(k_r (dp/dy + 1)), M e = S p - w, S = 1 for p >= 0, S falls to 0 over a cell, k_r = S
-    Units: time k t/H [-]; porosity n that gives off water; modulus M/(gamma_w H) [-]; loss of weight by air over gamma_w [-]; outflow
+    Units: time k t/H [-]; drainable porosity n; modulus M/(gamma_w H) [-]; weight lost on drainage over gamma_w [-]; outflow
     Range: all > 0, loss from 0 on
-    Assumes: one dimension, small strains, no suction beyond a cell; w is what has been lost above
-    Source: Biot 1941 with Bishop's stress, by differences in place and time, upwind
+    Assumes: one dimension, small strains, no suction beyond a cell; w is the weight lost above
+    Source: Biot 1941 with Bishop's stress, by differences in space and time, upwind
     Check: columns of stiff ground (outflow k t, then n H) and the settlement at the end, (1 - loss)/(2 M)
     """
     positive(time=time, porosity=porosity, modulus=modulus)
@@ -216,7 +216,7 @@ def emptying_column(time: float, porosity: float, modulus: float, loss: float = 
 def _column_step(
     p: list[float], full: list[float], grown: list[float], base: list[float], dt: float, porosity: float, modulus: float,
 ) -> list[float]:  # fmt: skip
-    """Pressures after a step, by Newton's method; a cell stops where it begins to fill, or is full."""
+    """Pressures after a step, by Newton's method; an iteration of a cell is limited where it begins to fill, or is full."""
     n, h = len(p), 1.0 / len(p)
     for _ in range(60):
         s = [max(0.0, min(1.0, 1 + x / h)) for x in p]
@@ -250,7 +250,7 @@ def _column_step(
 
 
 def _tridiagonal(lower: list[float], main: list[float], upper: list[float], right: list[float]) -> list[float]:
-    """Solve a system of three diagonals."""
+    """Solve a tridiagonal system."""
     main, right = list(main), list(right)
     for i in range(1, len(main)):
         factor = lower[i] / main[i - 1]
@@ -262,7 +262,7 @@ def _tridiagonal(lower: list[float], main: list[float], upper: list[float], righ
 
 
 def _bessel(order: int, z: complex) -> complex:
-    """I_0 or I_1 by its series."""
+    """I_0 or I_1 by series."""
     term: complex = 1.0 if order == 0 else z / 2
     total = term
     for k in range(1, 400):
@@ -274,13 +274,13 @@ def _bessel(order: int, z: complex) -> complex:
 
 
 def cylinder_pressure(time_factor: float, poisson: float, radius: float = 0.0) -> float:
-    """Excess pore pressure in a cylinder that is squeezed from outside and drains there, over the load.
+    """Excess pore pressure in a cylinder under external pressure that drains at its surface, over the load.
 
     Formula: Laplace transform of p/P: (I_0(l) - I_0(l r))/(s (I_0(l) - 2 G/M I_1(l)/l)), l = sqrt(s)
     Units: time_factor T = c t/R^2 [-], poisson [-], radius r over R [-]; result [-]
     Range: T from 0.002 on, r from 0 to 1
-    Assumes: plane strain, axisymmetry, a pressure that comes at once and stays, small strains
-    Source: de Leeuw 1965; inverted by Talbot's contour as Abate and Valko 2004
+    Assumes: plane strain, axisymmetry, a pressure applied instantaneously and held constant, small strains
+    Source: de Leeuw 1965; inverted on Talbot's contour as Abate and Valko 2004
     Check: finite differences in radius and time, with the total stress that keeps the cylinder in equilibrium
     """
     within("time_factor", time_factor, 0.002)
@@ -297,14 +297,14 @@ def cylinder_pressure(time_factor: float, poisson: float, radius: float = 0.0) -
 
 
 def ball_pressure(time_factor: float, poisson: float, radius: float = 0.0) -> float:
-    """Excess pore pressure in a ball that is squeezed from outside and drains there, over the load.
+    """Excess pore pressure in a sphere under external pressure that drains at its surface, over the load.
 
     Formula: Laplace transform of p/P: (sinh l - sinh(l r)/r)/(s (sinh l - 4 G/M (l cosh l - sinh l)/l^2)), l = sqrt(s)
     Units: time_factor T = c t/R^2 [-], poisson [-], radius r over R [-]; result [-]
     Range: T from 0.002 on, r from 0 to 1
-    Assumes: a pressure that comes at once and stays, small strains
-    Source: Cryer 1963; inverted by Talbot's contour as Abate and Valko 2004
-    Check: finite differences in radius and time, with the total stress that keeps the ball in equilibrium
+    Assumes: a pressure applied instantaneously and held constant, small strains
+    Source: Cryer 1963; inverted on Talbot's contour as Abate and Valko 2004
+    Check: finite differences in radius and time, with the total stress that keeps the sphere in equilibrium
     """
     within("time_factor", time_factor, 0.002)
     within("radius", radius, 0.0, 1.0)
@@ -320,7 +320,7 @@ def ball_pressure(time_factor: float, poisson: float, radius: float = 0.0) -> fl
 
 
 def _inverted(transform: Callable[[complex], complex], time_factor: float) -> float:
-    """The function of time of a Laplace transform."""
+    """The function of time from its Laplace transform."""
     least = 2 * TALBOT / 5
     total = 0.5 * math.exp(least) * transform(complex(least / time_factor))
     for k in range(1, TALBOT):

@@ -30,14 +30,14 @@ def major_stress_at_failure(minor: float, cohesion: float, friction: float) -> f
     Formula: s1 = s3 N + 2 c sqrt(N), N = tan^2(45 + phi/2)
     Units: minor s3 and cohesion [stress], friction [degree]; result [stress]
     Range: s3 above minus the apex stress c cot(phi)
-    Assumes: Mohr-Coulomb, intermediate stress between the two
+    Assumes: Mohr-Coulomb, intermediate stress between the other two
     Source: Mohr 1900
     Check: root of max(tau - sigma tan phi) = c over all planes
     """
     not_negative(cohesion=cohesion)
     number = flow_number(friction)
     if friction > 0 and minor < -apex_tension(cohesion, friction):
-        raise ValueError(f"minor = {minor:g} lies beyond the apex")
+        raise ValueError(f"minor = {minor:g} is beyond the apex")
     return minor * number + 2 * cohesion * math.sqrt(number)
 
 
@@ -47,7 +47,7 @@ def triaxial_yield_strain(minor: float, cohesion: float, friction: float, young:
     Formula: eps1 = (s1 - s3) / E, s1 of major_stress_at_failure
     Units: minor = cell pressure, cohesion, young [stress], friction [degree]; result [-]
     Range: small strain
-    Assumes: linear elasticity up to failure, cell pressure kept
+    Assumes: linear elasticity up to failure, constant cell pressure
     Source: own derivation
     Check: Hooke's law stepped until a plane reaches the strength
     """
@@ -61,7 +61,7 @@ def biaxial_yield_strain(minor: float, cohesion: float, friction: float, young: 
     Formula: eps1 = (1 - nu^2) (s1 - s3) / E
     Units: minor = cell pressure, cohesion, young [stress], friction [degree]; result [-]
     Range: small strain, intermediate stress between the two others (0 <= nu < 0.5)
-    Assumes: linear elasticity up to failure, no strain in direction 2, cell pressure kept
+    Assumes: linear elasticity up to failure, no strain in direction 2, constant cell pressure
     Source: own derivation
     Check: Hooke's law stepped until a plane reaches the strength
     """
@@ -89,9 +89,9 @@ def dilation_rate(dilatancy: float) -> float:
     """Volumetric strain per axial strain in triaxial or biaxial compression at failure.
 
     Formula: d eps_v / d eps_1 = -2 sin psi / (1 - sin psi)
-    Units: dilatancy psi [degree]; result [-], negative is growth of the volume
+    Units: dilatancy psi [degree]; result [-], negative for an increase of volume
     Range: 0 <= psi < 90
-    Assumes: flow potential of Mohr-Coulomb shape, elastic strain gone
+    Assumes: flow potential of Mohr-Coulomb shape, no elastic strain increment
     Source: Vermeer & de Borst 1984
     Check: finite differences of the flow potential
     """
@@ -100,14 +100,14 @@ def dilation_rate(dilatancy: float) -> float:
 
 
 def apex_tension(cohesion: float, friction: float) -> float:
-    """Largest tension, equal in all directions, that Mohr-Coulomb soil bears.
+    """Largest hydrostatic tension of Mohr-Coulomb soil.
 
     Formula: c cot(phi)
     Units: cohesion [stress], friction [degree]; result [stress], tension positive
     Range: 0 < phi < 90
     Assumes: no tension cut-off
     Source: Mohr-Coulomb
-    Check: place where the strength over all planes vanishes
+    Check: stress at which the strength on all planes vanishes
     """
     not_negative(cohesion=cohesion)
     angle = friction_angle("friction", friction)
@@ -116,7 +116,7 @@ def apex_tension(cohesion: float, friction: float) -> float:
 
 
 def davis_factor(friction: float, dilatancy: float) -> float:
-    """Factor on c and tan(phi) for a soil that dilates less than its friction.
+    """Factor on c and tan(phi) for a soil with dilatancy less than friction.
 
     Formula: b = cos psi cos phi / (1 - sin psi sin phi)
     Units: friction and dilatancy [degree]; result [-]
@@ -158,12 +158,12 @@ def davis_friction(friction: float, dilatancy: float) -> float:
 
 
 def simple_shear_strength(normal: float, cohesion: float, friction: float, dilatancy: float) -> float:
-    """Shear stress at failure in simple shear under a constant normal stress, whatever the stress at the start.
+    """Shear stress at failure in simple shear under a constant normal stress, for any initial stress.
 
     Formula: tau = s_y tan phi* + c* = (s_y sin phi + c cos phi) cos psi / (1 - sin psi sin phi)
     Units: normal s_y and cohesion [stress], angles [degree]; result [stress]
     Range: 0 <= psi <= phi < 90
-    Assumes: coaxial plastic flow, principal stress out of the plane is the intermediate one
+    Assumes: coaxial plastic flow, out-of-plane principal stress is the intermediate one
     Source: Davis 1968
     Check: rate integration of elastic-plastic simple shear from three coefficients of earth pressure
     """
@@ -174,7 +174,7 @@ def simple_shear_strength(normal: float, cohesion: float, friction: float, dilat
 def elastic_earth_pressure(poisson: float) -> float:
     """Lateral over axial stress in elastic one-dimensional compression.
 
-    Formula: K0 = nu / (1 - nu); Mohr-Coulomb soil stays elastic while K0 > 1 / N (c = 0)
+    Formula: K0 = nu / (1 - nu); Mohr-Coulomb soil remains elastic if K0 > 1 / N (c = 0)
     Units: [-]
     Range: -1 < nu < 0.5
     Assumes: linear elasticity, no lateral strain

@@ -1,4 +1,4 @@
-"""Rigid bodies pressed on elastic ground of finite depth, without friction: forces of revolution."""
+"""Rigid bodies pressed into elastic ground of finite depth, without friction: axisymmetric indentation forces."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from qsmpm_verify.reference.arguments import between, not_negative, positive
 from qsmpm_verify.reference.numerics import integral, root
 
 FAR = 30.0
-"""Depth over wave length from which ground on a rigid base does as a half space: 1 - L is 1e-23."""
+"""Depth over wave length beyond which ground on a rigid base behaves as a half space: 1 - L is 1e-23."""
 
 
 def layer_integral(poisson: float) -> float:
-    """What a rigid base takes of the settlement under a force on the surface: I in w = (1 - nu^2) F/(pi E) (1/r - I/h).
+    """Reduction of the settlement under a force on the surface by a rigid base: I in w = (1 - nu^2) F/(pi E) (1/r - I/h).
 
     Formula: I = int_0^inf (1 - L) dx, L = (2 k sinh 2x - 4 x)/(2 k cosh 2x + 1 + k^2 + 4 x^2), k = 3 - 4 nu
     Units: Poisson's ratio nu [-]; result [-]
     Range: 0 <= nu < 0.5
-    Assumes: linear elasticity, ground bonded to its base, places near the force
+    Assumes: linear elasticity, ground bonded to its base, points near the force
     Source: Vorovich, Aleksandrov & Babeshko 1974
     Check: fit of Dimitriadis et al. 2002, (1.2876 - 1.4678 nu + 1.3442 nu^2)/(1 - nu), to 1 % from nu 0.3 on
     """
@@ -34,7 +34,7 @@ def flat_punch(young: float, poisson: float, radius: float, push: float, depth: 
     """Force on a flat cylinder on ground of finite depth.
 
     Formula: F = 2 a E d/(1 - nu^2)/(1 - 2 I a/(pi h))
-    Units: E [stress]; radius a, push d, depth h [length]; result [force]
+    Units: E [stress]; radius a, indentation d, depth h [length]; result [force]
     Range: a well below h
     Assumes: linear elasticity, no friction, first order in a/h
     Source: Johnson 1985, Contact Mechanics, 3.36; base by layer_integral
@@ -49,7 +49,7 @@ def sphere_indentation(young: float, poisson: float, radius: float, push: float,
     """Force on a sphere on ground of finite depth.
 
     Formula: F = 4/3 E/(1 - nu^2) R^0.5 d^1.5 (1 + 2 I (R d)^0.5/(pi h) + 4 I^2 R d/(pi h)^2)
-    Units: E [stress]; radius R, push d, depth h [length]; result [force]
+    Units: E [stress]; radius R, indentation d, depth h [length]; result [force]
     Range: (R d)^0.5 well below h and R
     Assumes: linear elasticity, no friction
     Source: Hertz 1881; Dimitriadis et al. 2002
@@ -65,7 +65,7 @@ def round_cone(young: float, poisson: float, angle: float, tip: float, push: flo
 
     Formula: d - I F (1 - nu^2)/(pi E h) = a int f'/(a^2 - r^2)^0.5 dr, F = 2 E/(1 - nu^2) int r^2 f'/(a^2 - r^2)^0.5 dr;
         slope f' of a sphere up to where it meets the cone
-    Units: E [stress]; angle of the tip [degree]; radius of the tip, push d from touch of the sharp cone, depth h [length]; result [force]
+    Units: E [stress]; angle of the tip [degree]; radius of the tip, indentation d from contact of the sharp cone, depth h [length]; result [force]
     Range: 90 < angle < 180
     Assumes: linear elasticity, slopes small, no friction, first order in a/h
     Source: Sneddon 1965; base by layer_integral

@@ -7,7 +7,7 @@ import math
 from qsmpm_verify.reference.arguments import between, positive
 
 MOST = 100000
-"""Iterations after which a count is given up as divergent."""
+"""Iterations after which a count is considered divergent."""
 
 
 def frozen_stiffness_iterations(ratio: float, tolerance: float) -> float:
@@ -35,7 +35,7 @@ def frozen_stiffness_least_stretch() -> float:
     Range: load control, one element, nu = 0 or the constrained modulus
     Assumes: rate law, sigma = M (1 - 1/lambda)
     Source: own derivation
-    Check: the iteration carried out on either side of the figure
+    Check: the iteration carried out on either side of the limit
     """
     return math.sqrt(0.5)
 

@@ -1,6 +1,6 @@
-"""Root, quadrature, minimum and integration of a rate: thin typed doors to scipy.
+"""Root, quadrature, minimum and integration of a rate: typed interfaces to scipy.
 
-No formula of mechanics here. Each door raises ArithmeticError instead of handing out a figure that
+No formulas of mechanics. Each function raises ArithmeticError instead of returning a value that
 has not converged.
 """
 
@@ -15,7 +15,7 @@ Function = Callable[[float], float]
 
 
 def root(function: Function, low: float, high: float, tolerance: float = 1e-14) -> float:
-    """The place between low and high where the function changes sign (Brent 1973), tolerance on the place."""
+    """The point between low and high where the function changes sign (Brent 1973), tolerance on the point."""
     if function(low) * function(high) > 0:
         raise ArithmeticError(f"no change of sign between {low:g} and {high:g}")
     return float(optimize.brentq(function, low, high, xtol=tolerance, rtol=max(tolerance, 1e-14), maxiter=500))
@@ -33,7 +33,7 @@ def integral(function: Function, low: float, high: float) -> float:
 def minimum(
     function: Callable[[Sequence[float]], float], start: Sequence[float], tolerance: float = 1e-8
 ) -> float:
-    """Smallest value near a start of a function of a few variables, simplex search (Nelder & Mead 1965), tolerance on the place."""
+    """Smallest value near a start of a function of a few variables, simplex search (Nelder & Mead 1965), tolerance on the point."""
     options = {"xatol": tolerance, "fatol": 1e-5 * tolerance, "maxiter": 2000}
     with np.errstate(all="ignore"):
         found = optimize.minimize(function, np.asarray(start), method="Nelder-Mead", options=options)
@@ -45,7 +45,7 @@ def minimum(
 def end_of_path(
     rate: Callable[[float, Sequence[float]], list[float]], start: float, stop: float, state: Sequence[float]
 ) -> list[float]:
-    """State at `stop` of d(state)/dx = rate(x, state) from `start`, 1e-10 of each (DOP853)."""
+    """State at `stop` of d(state)/dx = rate(x, state) from `start`, relative accuracy 1e-10 (DOP853)."""
     found = integrate.solve_ivp(rate, [start, stop], list(state), method="DOP853", rtol=1e-10, atol=1e-14)
     if not found.success:
         raise ArithmeticError(f"the rate cannot be integrated: {found.message}")

@@ -1,4 +1,4 @@
-"""docs/references.md out of the docstrings: name, formula, range, source and check of every reference."""
+"""docs/references.md from the docstrings: name, formula, range, source and check of every reference."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ ENTRIES = ("Formula", "Units", "Range", "Assumes", "Source", "Check")
 """Entries of a docstring, in their order."""
 HEAD = """# References: exact and independent solutions
 
-Made by `qsmpm-verify references --markdown` from `tools/qsmpm_verify/reference/`: do not edit. Each function can be
-named in a case file, `reference = {function = "van_langen", strain = 0.5}`, refuses arguments outside of its range,
-and is checked by another route in `tools/qsmpm_verify/tests/test_reference_*.py`; the column *check* says by which.
-Any consistent set of units; signs are given with each family.
+Written by `qsmpm-verify references --markdown` from `tools/qsmpm_verify/reference/`; do not edit. Each function can be
+named in a case file, `reference = {function = "van_langen", strain = 0.5}`. It rejects arguments outside its range
+and is verified by an independent method in `tools/qsmpm_verify/tests/test_reference_*.py`, which the column *check* states.
+Any consistent set of units can be used; sign conventions are given for each family.
 """
 
 
 def entries(function: Callable[..., object]) -> dict[str, str]:
-    """First sentence (key `What`) and the entries of a function's docstring; ValueError when one is missing."""
+    """First sentence (key `What`) and the entries of a function's docstring; ValueError if one is missing."""
     text = inspect.getdoc(function) or ""
     pattern = "|".join(ENTRIES)
     parts = re.split(rf"^({pattern}): ", text, flags=re.M)
@@ -34,12 +34,12 @@ def entries(function: Callable[..., object]) -> dict[str, str]:
 
 
 def _cell(text: str) -> str:
-    """Text that a table of Markdown leaves as it is."""
+    """Text with the special characters of a Markdown table escaped."""
     return text.replace("|", "\\|").replace("*", "\\*")
 
 
 def _row(name: str, function: Callable[..., object]) -> str:
-    """One line of the table."""
+    """One row of the table."""
     said = entries(function)
     arguments = ", ".join(inspect.signature(function).parameters)
     limits = f"{said['Range']}. {said['Assumes']}"

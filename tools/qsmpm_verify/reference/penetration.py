@@ -1,4 +1,4 @@
-"""Resistance of Tresca soil to deeply buried bodies that flow through it: factors on the undrained strength."""
+"""Resistance of Tresca soil to deeply buried bodies around which it flows: factors on the undrained strength."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from qsmpm_verify.reference.arguments import within
 
 
 def t_bar_factor(roughness: float) -> float:
-    """Resistance of a cylinder that moves sideways through deep soil (T-bar, pile).
+    """Resistance of a cylinder that moves laterally through deep soil (T-bar, pile).
 
     Formula: N = pi + 2 D + 2 cos D + 4 (cos(D/2) + sin(D/2)), D = asin(alpha)
     Units: roughness alpha [-] = shear on the surface over s_u; result [-] = force / (s_u diameter)
@@ -23,11 +23,11 @@ def t_bar_factor(roughness: float) -> float:
 
 
 def deep_plate_factor() -> float:
-    """Resistance of a thin plate that moves normal to itself through deep soil, no gap behind.
+    """Resistance of a thin plate that moves normal to its plane through deep soil, no gap behind.
 
     Formula: N = 3 pi + 2 = 11.42478
     Units: [-] = force / (s_u width)
-    Range: plate of no thickness; the same smooth or rough
+    Range: plate of zero thickness; the same for smooth and rough plates
     Assumes: plane strain, flow around both edges
     Source: Meyerhof 1951; Rowe & Davis 1982
     Check: dissipation of the mechanism of two wedges and two fans, summed over thin sectors

@@ -1,7 +1,7 @@
 """Upper bounds of slopes of any outline: rotation along a logarithmic spiral, with water, depth and a horizontal force.
 
-Lengths, unit weights and strengths in consistent units, angles in degrees. The ground is a line of corners from left to
-right that falls to the right, so that the soil turns counterclockwise about a pole above it.
+Lengths, unit weights and strengths in consistent units, angles in degrees. The ground is a polyline from left to
+right that descends to the right, so that the soil rotates counterclockwise about a pole above it.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from qsmpm_verify.reference.numerics import minimum
 
 Array = np.ndarray
 NEVER = 1e6
-"""Ratio of a mechanism that does not exist."""
+"""Ratio for an inadmissible mechanism."""
 CHORDS = 160
-"""Pieces of a spiral."""
+"""Segments of a spiral."""
 STARTS = 3
-"""Places of the coarse search from which the simplex search goes on."""
+"""Points of the coarse search from which the simplex search starts."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Ground and water as lines, unit weights, the horizontal share of gravity and the strength."""
+    """Ground and water as lines, unit weights, the horizontal fraction of gravity and the strength."""
 
     ground: Array
     """Corners (2, n), x increasing."""
     water: Array
-    """Level of the water in the ground and above it (2, n)."""
+    """Water level in the ground and above it (2, n)."""
     water_weight: float
     moist: float
     saturated: float
     push: float
     cohesion: Callable[[Array], Array]
-    """By height."""
+    """Gradient with height."""
     friction: float
     """tan phi"""
     floor: float
-    """Height of the firm base, which no surface goes below."""
+    """Height of the firm base, the lower limit of slip surfaces."""
 
 
 def _height(line: Array, x: Array) -> Array:
@@ -57,7 +57,7 @@ def _slope(line: Array, x: Array) -> Array:
 
 
 def _spiral(scene: Scene, pole: tuple[float, float], leaves: float, slope: float) -> tuple[Array, Array, Array] | None:
-    """Angles and corners of the spiral that leaves the ground at x = leaves, from where it enters; None for none."""
+    """Angles and corners of the spiral that exits at x = leaves, from its entry; None if there is none."""
     x_out, y_out = leaves, float(_height(scene.ground, np.array([leaves]))[0])
     end = math.atan2(y_out - pole[1], x_out - pole[0])
     radius = math.hypot(x_out - pole[0], y_out - pole[1])
@@ -85,7 +85,7 @@ def _spiral(scene: Scene, pole: tuple[float, float], leaves: float, slope: float
 
 
 def _ratio(scene: Scene, pole: tuple[float, float], leaves: float, factor: float) -> float:
-    """Work that the strength divided by a factor takes, over that of the loads; below 1 the slope is lost."""
+    """Work of the strength divided by a factor, over that of the loads; below 1 the slope is unstable."""
     slope = scene.friction / factor
     found = _spiral(scene, pole, leaves, slope)
     if found is None:
@@ -112,7 +112,7 @@ def _ratio(scene: Scene, pole: tuple[float, float], leaves: float, factor: float
 
 
 def _coarse(scene: Scene, factor: float) -> list[tuple[float, float, float]]:
-    """The best of many mechanisms: pole and the place where the surface leaves the ground."""
+    """The best of many mechanisms: pole and exit point of the slip surface."""
     low, high = float(np.min(scene.ground[1])), float(np.max(scene.ground[1]))
     size = high - low
     steep = np.flatnonzero(np.diff(scene.ground[1]) < 0)
@@ -140,7 +140,7 @@ def _least(scene: Scene, starts: list[tuple[float, float, float]], factor: float
 
 
 def _critical(scene: Scene, factor: float) -> float:
-    """Factor at which the best mechanism near the best ones of a factor is critical: secants of log(ratio)."""
+    """Factor at which the best mechanism near the best ones of a factor is critical: secant iterations on log(ratio)."""
     starts = _coarse(scene, factor)
     place, steep = math.log(factor), -1.0
     value = _least(scene, starts, factor)
@@ -187,11 +187,11 @@ def slope_water_safety(
     """Strength reduction factor of a slope with water, depth and a horizontal force, best logarithmic spiral: an upper bound.
 
     Formula: F such that the least of spent/work is 1, spent = int c/F r^2 da, work = int (k Y - X) dW + int u tan(phi)/F r^2 da + free water
-    Units: lengths, weights, cohesion consistent; levels above the toe; gain of c [stress/length] from the crest down; angles [degree]; result [-]
-    Range: 0 <= outside <= inside; where they differ the level follows the face down (drawdown); no surface deeper than `below` under the toe
-    Assumes: rigid rotation about a pole above the crest; u = gamma_w (level - y); push k: horizontal share of gravity; psi < phi: Davis A
+    Units: lengths, weights, cohesion consistent; levels above the toe; increase of c [stress/length] from the crest downwards; angles [degree]; result [-]
+    Range: 0 <= outside <= inside; where they differ the level follows the face downwards (drawdown); no surface deeper than `below` under the toe
+    Assumes: rigid rotation about a pole above the crest; u = gamma_w (level - y); push k: horizontal fraction of gravity; psi < phi: Davis A
     Source: Chen 1975; pore water as Michalowski 1995, drawdown as Morgenstern 1963; own search
-    Check: slope_spiral_safety; a submerged slope is one of gamma'; work of a mechanism by small squares; Taylor's number
+    Check: slope_spiral_safety; a submerged slope with gamma'; work of a mechanism by summation over small squares; Taylor's number
     """
     positive(unit_weight=unit_weight, saturated=saturated, height=height)
     not_negative(water_weight=water_weight, below=below, gain=gain, push=push)
@@ -202,7 +202,7 @@ def slope_water_safety(
     face = [(-run * min(level, height) / height, min(level, height)) for level in (inside, outside)]
     water = _line((-run - wide, inside), *(face if inside > outside else []), (wide, outside))
     if inside > height and inside > outside:
-        raise ValueError("water above the crest is level")
+        raise ValueError("water above the crest must be level")
     strength = davis_cohesion(cohesion, friction, dilatancy)
     growth = davis_cohesion(gain, friction, dilatancy)
     slope = math.tan(math.radians(davis_friction(friction, dilatancy)))
@@ -214,12 +214,12 @@ def slope_water_safety(
 def dam_safety(drawn: bool) -> float:
     """Strength reduction factor of the dam of input/dam_drawdown.inp, Davis A, before or after drawdown: an upper bound.
 
-    Formula: the smaller one of both faces, each as slope_water_safety
+    Formula: the smaller value of both faces, each as slope_water_safety
     Units: result [-]
     Range: this dam: 6 m, faces of 1:2, c = 12 kPa, phi = 28, psi = 0; water at 5 m, then at 1 m above the foundation outside
     Assumes: as slope_water_safety; surfaces no deeper than 2 m under the toe
     Source: as slope_water_safety
-    Check: a face alone, with the level that it has under the crest all the way inside, is less safe, by 4 % at most
+    Check: one face with the level below the crest extended inside has a lower factor, by at most 4 %
     """
     ground = [(0.0, 2.0), (7.0, 2.0), (19.0, 8.0), (23.0, 8.0), (35.0, 2.0), (42.0, 2.0)]
     start = [(0.0, 3.0), (9.0, 3.0)] if drawn else [(0.0, 7.0)]

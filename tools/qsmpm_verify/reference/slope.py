@@ -1,7 +1,7 @@
 """Stability of a straight slope under its own weight: logarithmic spiral, slip circle, Davis's strengths.
 
 Slope angle, friction and dilatancy in degrees. The toe is the lowest point of the soil that can move: slip
-surfaces leave through it. Everything follows from the stability number N = g H / c at collapse.
+surfaces exit through it. All results follow from the stability number N = g H / c at collapse.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from qsmpm_verify.reference.element_tests import davis_cohesion, davis_friction
 from qsmpm_verify.reference.numerics import minimum, root
 
 GAUSS = np.polynomial.legendre.leggauss(32)
-"""Places and weights of the integral along a slip circle."""
+"""Points and weights of the integral along a slip circle."""
 NEVER = 1e30
-"""Stability number of a slip surface that does not exist."""
+"""Stability number for an inadmissible slip surface."""
 Number = Callable[[float, float], float]
 
 
@@ -72,7 +72,7 @@ def _circle(place: Sequence[float], slope: float, angle: float) -> float:
 
 
 def _least(surface: Callable[..., float], slope: float, angle: float, ranges: tuple[float, float]) -> float:
-    """Smallest N over slip surfaces: a grid, then a simplex search from its best place; NEVER when none is found."""
+    """Smallest N over slip surfaces: a grid, then a simplex search from its best point; NEVER if none is found."""
     grid = [(ranges[0] * (i + 0.5) / 30, ranges[1] * (j + 0.5) / 30) for i in range(30) for j in range(30)]
     best = min(grid, key=lambda place: surface(place, slope, angle))
     if surface(best, slope, angle) >= NEVER:
@@ -97,7 +97,7 @@ def _unit_weight(number: Number, cohesion: float, friction: float, angle: float,
     within("angle", angle, friction + 1, 90.0)
     found = number(phi, math.radians(angle))
     if found >= NEVER:
-        raise ArithmeticError("no slip surface found: the slope is hardly steeper than its friction")
+        raise ArithmeticError("no slip surface found: the slope angle hardly exceeds the friction angle")
     return found * cohesion / height
 
 
@@ -126,7 +126,7 @@ def slope_spiral_unit_weight(cohesion: float, friction: float, angle: float, hei
 
     Formula: g H / c = min over spirals of (dissipation along the spiral) / (moment of the weight about its pole)
     Units: cohesion [stress], friction and angle [degree], height [length]; result [force/volume]
-    Range: 1 <= phi, phi + 1 <= angle <= 90; below phi = 5 and 53 degrees deeper surfaces can be worse
+    Range: 1 <= phi, phi + 1 <= angle <= 90; below phi = 5 and 53 degrees deeper surfaces can be more critical
     Assumes: rigid rotation about the pole, associated flow
     Source: Chen 1975
     Check: dissipation and weight of the sliding body summed over polygons, search by differential evolution
@@ -142,7 +142,7 @@ def slope_bishop_unit_weight(cohesion: float, friction: float, angle: float, hei
     Range: as slope_spiral_unit_weight
     Assumes: horizontal forces between slices, no water
     Source: Bishop 1955; own search over circles
-    Check: safety of one by plain slices, search by differential evolution
+    Check: factor of safety of one by plain slices, search by differential evolution
     """
     return _unit_weight(_circle_number, cohesion, friction, angle, height)
 
@@ -165,7 +165,7 @@ def slope_spiral_safety(
 def slope_davis_a_safety(
     unit_weight: float, cohesion: float, friction: float, dilatancy: float, angle: float, height: float
 ) -> float:
-    """Strength reduction factor of a slope that dilates less than its friction, Davis A.
+    """Strength reduction factor of a slope with dilatancy less than friction, Davis A.
 
     Formula: slope_spiral_safety of c* = b c and tan phi* = b tan phi, b of davis_factor with the given angles
     Units: as slope_spiral_safety, dilatancy [degree]
@@ -181,7 +181,7 @@ def slope_davis_a_safety(
 def slope_davis_b_safety(
     unit_weight: float, cohesion: float, friction: float, dilatancy: float, angle: float, height: float
 ) -> float:
-    """The same, Davis B: b of the angles that are divided by the factor.
+    """The same, Davis B: b from the angles divided by the factor.
 
     Formula: F such that slope_davis_a_safety(c / F, phi_F, min(psi, phi_F)) = 1, tan phi_F = tan phi / F
     Units: as slope_davis_a_safety
@@ -218,7 +218,7 @@ def slope_bishop_safety(
 
 
 def slope_steepest_angle(load: float, friction: float) -> float:
-    """Steepest slope that stands, psi = phi, logarithmic spiral through the toe.
+    """Steepest stable slope, psi = phi, logarithmic spiral through the toe.
 
     Formula: angle such that g H / c of slope_spiral_unit_weight is the load
     Units: load = g H / c [-], friction [degree]; result [degree]
@@ -260,14 +260,14 @@ def slope_davis_unit_weight() -> float:
 
 
 def slope_elastic_settlement(unit_weight: float, young: float = 1.0) -> float:
-    """Crest settlement of the 45 degree slope while it is elastic.
+    """Elastic crest settlement of the 45 degree slope.
 
     Formula: u = 0.304384 g H^2 / E
     Units: unit_weight [kN/m3], young [kPa]; result [m]
     Range: H = 1 m, nu = 0.33, small strain
     Assumes: base fixed at toe level, left side on rollers 1 m behind the crest point (2 m behind: 0.303415)
-    Source: own finite elements, 6-node triangles, 16 to 256 cells a height taken to none; CalculiX 2.20 the same to 128
-    Check: limit of CalculiX on 8 to 32 cells a height (`qsmpm-verify peers slope`); linearity in g / E; bounds
+    Source: own finite elements, 6-node triangles, 16 to 256 cells per height, extrapolated to zero size; CalculiX 2.20 the same to 128
+    Check: limit of CalculiX on 8 to 32 cells per height (`qsmpm-verify peers slope`); linearity in g / E; bounds
     """
     positive(young=young)
     return 0.304384 * unit_weight / young

@@ -1,4 +1,4 @@
-"""Water that soil holds in suction: light rain on ground above water, a column that drains.
+"""Soil with suction: infiltration of light rain above the water level, drainage of a column.
 
 S = (1 + u^n)^-m, k_r = S^(1/2) (1 - u^(n-1) S)^2, u = alpha s, m = 1 - 1/n, s the suction as a height (van Genuchten
 1980 after Mualem 1976).
@@ -13,17 +13,17 @@ from qsmpm_verify.reference.arguments import positive, within
 from qsmpm_verify.reference.consolidation import _tridiagonal
 
 PLACES = 4000
-"""Of the integral over the height."""
+"""Steps of the integral over the height."""
 CELLS, STEPS = 60, 200
-"""Differences in place and time."""
+"""Differences in space and time."""
 
 
 def held_water(suction: float, alpha: float, n: float) -> float:
-    """Share of the pores that is full.
+    """Degree of saturation.
 
     Formula: S = (1 + (alpha s)^n)^(1/n - 1)
     Units: suction s as a height; alpha 1 over a height; n [-]; result [-]
-    Range: alpha > 0, n > 1; s < 0 counts as none
+    Range: alpha > 0, n > 1; s < 0 is treated as zero
     Assumes: no residual water
     Source: van Genuchten 1980, equation 3
     Check: values by hand
@@ -34,7 +34,7 @@ def held_water(suction: float, alpha: float, n: float) -> float:
 
 
 def let_water(suction: float, alpha: float, n: float) -> float:
-    """Permeability over that of full ground.
+    """Permeability over that of saturated ground.
 
     Formula: k_r = S^(1/2) (1 - (1 - S^(1/m))^m)^2
     Units: as held_water; result [-]
@@ -48,14 +48,14 @@ def let_water(suction: float, alpha: float, n: float) -> float:
 
 
 def rain_suction(height: float, rain: float, alpha: float, n: float) -> float:
-    """Suction at a height above water in ground that rain flows down through.
+    """Suction at a height above the water level with steady infiltration.
 
-    Formula: ds/dz = 1 - q/(k k_r(s)), s = 0 at the water
+    Formula: ds/dz = 1 - q/(k k_r(s)), s = 0 at the water level
     Units: height z; rain q/k [-]; alpha 1 over a height; n [-]; result a height
     Range: z > 0, q/k from 0 to 1
     Assumes: steady flow along the vertical
     Source: Gardner 1958, by Runge and Kutta's method
-    Check: no rain, and the suction at which k_r = q/k high above the water
+    Check: no rain, and the suction at which k_r = q/k far above the water level
     """
     positive(height=height)
     within("rain", rain, 0.0, 1.0)
@@ -75,14 +75,14 @@ def rain_suction(height: float, rain: float, alpha: float, n: float) -> float:
 def draining_column(
     time: float, porosity: float, alpha: float, n: float, modulus: float = 1e12, loss: float = 0.0, settlement: bool = False,
 ) -> float:  # fmt: skip
-    """What flows out in unit time over k, or the settlement over the height, of a column through which water fell and whose top is closed.
+    """Outflow per unit time over k, or settlement over the height, of a column with initial steady flow whose top is closed.
 
     Formula: n dS/dt + S de/dt = d/dz(k_r (dp/dz + 1)), M e = S p - w, p = 0 at the start and at the base, no flow at the top
-    Units: time k t/H [-]; porosity n that gives off water; alpha H [-]; n [-]; modulus M/(gamma_w H) [-]; loss of weight by air; settlement
+    Units: time k t/H [-]; drainable porosity n; alpha H [-]; n [-]; modulus M/(gamma_w H) [-]; weight lost on drainage; settlement
     Range: all > 0, loss from 0 on
-    Assumes: one dimension, small strains; w is what has been lost above
-    Source: Liakopoulos 1965 as in Lewis and Schrefler 1998, with van Genuchten's curves, by differences in place and time
-    Check: k at the start, the water that is gone in the end, its settlement
+    Assumes: one dimension, small strains; w is the weight lost above
+    Source: Liakopoulos 1965 as in Lewis and Schrefler 1998, with van Genuchten's curves, by differences in space and time
+    Check: k at the start, the drained water at the end, its settlement
     """
     positive(time=time, porosity=porosity, modulus=modulus)
     within("loss", loss, 0.0)
@@ -91,7 +91,7 @@ def draining_column(
 
 @functools.cache
 def _drained(time: float, porosity: float, alpha: float, n: float, modulus: float, loss: float) -> tuple[float, float]:
-    """What flows out, and the settlement: steps of first order, extrapolated from those twice as long."""
+    """Outflow and settlement: first-order steps, extrapolated from steps twice as long."""
     long, short = (_drained_in(steps, time, porosity, alpha, n, modulus, loss) for steps in (STEPS // 2, STEPS))
     return 2 * short[0] - long[0], 2 * short[1] - long[1]
 
@@ -99,7 +99,7 @@ def _drained(time: float, porosity: float, alpha: float, n: float, modulus: floa
 def _drained_in(
     steps: int, time: float, porosity: float, alpha: float, n: float, modulus: float, loss: float
 ) -> tuple[float, float]:  # fmt: skip
-    """The same in so many steps."""
+    """The same for a number of steps."""
     h = 1.0 / CELLS
     p, lost, flow = [0.0] * CELLS, [0.0] * CELLS, 1.0
     for step in range(1, steps + 1):
@@ -114,17 +114,17 @@ def _drained_in(
 
 
 def _drain(p: list[float], lost: list[float], dt: float, soil: tuple[float, float, float, float]) -> tuple[list[float], float]:
-    """Pressures after a step, by Newton's method with slopes by differences, and what flows out of the base."""
+    """Pressures after a step, by Newton's method with numerical derivatives, and the outflow at the base."""
     porosity, alpha, n, modulus = soil
     h, small, top = 1.0 / len(p), 1e-7, len(p) - 1
 
     def water(x: float, i: int) -> float:
-        """What a cell has taken up in the step; its weight lags."""
+        """Water stored by a cell in the step; its weight lags."""
         s, was = held_water(-x, alpha, n), held_water(-p[i], alpha, n)
         return h / dt * (porosity * (s - was) + s * (s * x - was * p[i]) / modulus)
 
     def falls(upper: float, lower: float, way: float) -> float:
-        """What flows down between two places."""
+        """Flow downwards between two points."""
         return 0.5 * (let_water(-upper, alpha, n) + let_water(-lower, alpha, n)) * ((upper - lower) / way + 1)
 
     new = list(p)

@@ -1,7 +1,7 @@
-"""Soil that keeps its pore water: strength of effective stress without change of volume, and a loaded layer.
+"""Undrained soil: strength for effective stress without change of volume, and a loaded layer.
 
-Compression positive; p0, s1 and s3 effective stresses at the start; elasticity linear and without change of volume of
-the skeleton, psi = 0, so that the mean stress of the skeleton keeps its value up to failure and in it.
+Compression positive; p0, s1 and s3 initial effective stresses; linear elasticity without volumetric coupling of
+the skeleton, psi = 0, so that the mean effective stress is constant up to and at failure.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ def undrained_triaxial_deviator(pressure: float, cohesion: float, friction: floa
     Formula: q = 6 (p0 sin phi + c cos phi) / (3 - sin phi)
     Units: pressure = p0, cohesion [stress], friction [degree]; result [stress]
     Range: 0 <= phi < 90
-    Assumes: Mohr-Coulomb, psi = 0, pore water that keeps the volume
+    Assumes: Mohr-Coulomb, psi = 0, constant volume
     Source: Potts & Zdravkovic 1999
     Check: root of the yield function over q at the mean effective stress p0
     """
@@ -32,11 +32,11 @@ def undrained_plane_strength(major: float, minor: float, cohesion: float, fricti
     """Undrained shear strength in plane strain.
 
     Formula: s_u = c cos phi + (s1 + s3)/2 sin phi
-    Units: major = s1, minor = s3 in the plane at the start, cohesion [stress], friction [degree]; result [stress]
+    Units: major = s1, initial minor = s3 in the plane, cohesion [stress], friction [degree]; result [stress]
     Range: 0 <= phi < 90
-    Assumes: Mohr-Coulomb, psi = 0, pore water that keeps the volume: the mean stress in the plane stays
+    Assumes: Mohr-Coulomb, psi = 0, constant volume: the mean stress in the plane is constant
     Source: Potts & Zdravkovic 1999
-    Check: Hooke's law at constant volume stepped until Mohr's circle touches the strength
+    Check: Hooke's law at constant volume stepped until Mohr's circle reaches the strength
     """
     not_negative(cohesion=cohesion)
     angle = friction_angle("friction", friction)
@@ -54,14 +54,14 @@ def _moduli(young: float, poisson: float, undrained: float) -> tuple[float, floa
 
 
 def undrained_column_stretch(load: float, young: float, poisson: float, undrained: float) -> float:
-    """Height over first height of a layer under a load on its top, its pore water kept.
+    """Height over initial height of an undrained layer under a load on its top.
 
     Formula: M ln(l)/l + (K_w/n) ln(l) = -q, K_w/n of the undrained Poisson's ratio
     Units: load = q, young [stress], poisson and undrained [-]; result l [-]
     Range: q >= 0, 0 <= nu < nu_u < 1/2
-    Assumes: Hencky elasticity, sides held, q per first area, pore pressure p = -(K_w/n) ln l
+    Assumes: Hencky elasticity, sides fixed, q per initial area, pore pressure p = -(K_w/n) ln l
     Source: own derivation
-    Check: the force as the slope of the energy of skeleton and water
+    Check: the force as the derivative of the energy of skeleton and water
     """
     not_negative(load=load)
     confined, water = _moduli(young, poisson, undrained)
@@ -69,7 +69,7 @@ def undrained_column_stretch(load: float, young: float, poisson: float, undraine
 
 
 def undrained_column_pressure(load: float, young: float, poisson: float, undrained: float) -> float:
-    """Excess pore pressure of that layer.
+    """Excess pore pressure of this layer.
 
     Formula: p = -(K_w/n) ln l, l of undrained_column_stretch
     Units: as there; result [stress]

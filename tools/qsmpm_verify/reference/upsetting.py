@@ -1,4 +1,4 @@
-"""A block pressed between smooth platens, incompressible Tresca soil, plane strain. Compression positive."""
+"""A block compressed between smooth platens, incompressible Tresca soil, plane strain. Compression positive."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ def upsetting_force(height_ratio: float) -> float:
     """Force on the platens once the block yields, at any strain.
 
     Formula: F / (2 s_u W0) = H0 / H
-    Units: height_ratio H/H0 [-]; result [-], over twice the strength and the first width
+    Units: height_ratio H/H0 [-]; result [-], over twice the strength and the initial width
     Range: 0 < H/H0 <= 1, yield reached
-    Assumes: no friction on the platens, volume kept, elastic strain small
+    Assumes: no friction on the platens, constant volume, small elastic strain
     Source: own derivation, stress 2 s_u on the width W0 H0 / H
-    Check: plastic work rate; integration of the width with the volume kept
+    Check: plastic work rate; integration of the width at constant volume
     """
     positive(height_ratio=height_ratio)
     within("height_ratio", height_ratio, high=1.0)
@@ -23,7 +23,7 @@ def upsetting_force(height_ratio: float) -> float:
 
 
 def upsetting_work(height_ratio: float) -> float:
-    """Work spent from the first height to a height.
+    """Work from the initial height to a height.
 
     Formula: A / (2 s_u W0 H0) = ln(H0 / H)
     Units: height_ratio H/H0 [-]; result [-]

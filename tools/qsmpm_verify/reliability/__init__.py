@@ -1,1 +1,1 @@
-"""`reliability`: numbers of a deck that are not known for sure, and the probability that an answer is on the wrong side of its limit."""
+"""`reliability`: uncertain parameters of a deck, and the probability that a result exceeds its limit."""

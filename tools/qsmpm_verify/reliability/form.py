@@ -1,8 +1,8 @@
-"""The most likely way to fail: its distance beta from the mean in standard normal space, and the probability by a surface there.
+"""The design point: its distance beta from the mean in standard normal space, and the probability from a response surface there.
 
-The margin g is taken at a centre and on both sides of it along each variable; the next centre is the point of the plane through them
+The margin g is evaluated at a centre and on both sides of it along each variable; the next centre is the point of the plane through them
 that is nearest to the origin (Hasofer and Lind 1974, Rackwitz and Fiessler 1978). Differences are as wide as half a standard deviation
-or more, so that the bracket of a factor is no noise. Where it has settled, failures are counted by importance sampling on the quadratic
+or more, so that the bracket of a factor does not act as noise. After convergence, failures are counted by importance sampling on the quadratic
 surface without mixed terms through the last values (Bucher and Bourgund 1990).
 """
 
@@ -19,14 +19,14 @@ from qsmpm_verify.results import Array
 from qsmpm_verify.trouble import RunFailed
 
 Answers = Callable[[Array], Array]
-"""Margins of rows of standard normal numbers; NaN where there is none."""
+"""Margins for rows of standard normal numbers; NaN without result."""
 
 SPREADS = (1.0, 0.7, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5)
-"""Distance of the values beside the centre, round by round."""
+"""Distance of the sampled values from the centre, by iteration."""
 FURTHEST, STRIDE = 8.0, 2.5
-"""No design point is looked for beyond, nor further than this from the centre of a round."""
+"""Limit of the search for the design point, and of its distance from the centre of an iteration."""
 SETTLED, NEAR = 0.05, 0.3
-"""Change of beta and way of the centre at which the search ends."""
+"""Change of beta and of the centre at which the search ends."""
 SAMPLES = 100_000
 SEED = 20_260_101
 
@@ -50,22 +50,22 @@ class Surface:
 
 @dataclass(frozen=True)
 class Form:
-    """What the search found."""
+    """Result of the search."""
 
     beta: float
     design: Array
     """Standard normal numbers of the design point."""
     alpha: Array
-    """Direction of the design point: its squares are the shares of the variables."""
+    """Direction of the design point: its squares are the importance of the variables."""
     surface: Surface
     probability: float
-    """By importance sampling on the surface."""
+    """From importance sampling on the surface."""
     answers: int
     settled: bool
 
     @property
     def first_order(self) -> float:
-        """Probability by a plane."""
+        """First-order probability."""
         return float(stats.norm.cdf(-self.beta))
 
 
@@ -84,19 +84,19 @@ def fit(places: Array, values: Array) -> Surface:
 
 
 def taken(answers: Answers, centre: Array, spread: float) -> tuple[Array, Array, int]:
-    """Answers around a centre, nearer to it where there is none, and how many were asked for."""
+    """Results around a centre, closer to it where there is none, and the number of evaluations."""
     places = around(centre, spread)
     values = answers(places)
     asked = len(places)
     lost = ~np.isfinite(values)
     if lost[0]:
-        raise RunFailed("the run in the middle has no answer: its ground does not stand up, or the deck does not run")
+        raise RunFailed("the run at the centre has no result: its initial state is not stable, or the deck does not run")
     if lost.any():
         places[lost] = 0.5 * (places[lost] + centre)
         values[lost] = answers(places[lost])
         asked += int(lost.sum())
     if not np.isfinite(values).all():
-        raise RunFailed("runs beside the middle have no answer, half as far away neither")
+        raise RunFailed("runs beside the centre have no result, nor at half the distance")
     return places, values, asked
 
 
@@ -111,7 +111,7 @@ def find_design(answers: Answers, count: int) -> Form:
         slope = surface.gradient(centre)
         steepness = float(slope @ slope)
         if not steepness > 0.0:
-            raise RunFailed("the answer does not depend on any of the variables")
+            raise RunFailed("the result does not depend on any of the variables")
         wanted = (slope @ centre - float(values[0])) / steepness * slope
         way = wanted - centre
         design = centre + way * min(1.0, STRIDE / max(float(np.linalg.norm(way)), 1.0e-12))
@@ -138,7 +138,7 @@ def sampled(surface: Surface, design: Array, beta: float) -> float:
 
 @dataclass(frozen=True)
 class Sample:
-    """Runs at random: their numbers and margins, NaN for a run that counts as failed."""
+    """Random runs: their numbers and margins, NaN for a run that counts as failed."""
 
     values: Array
     margins: Array
@@ -163,5 +163,5 @@ def hypercube(count: int, runs: int, seed: int) -> Array:
 
 
 def shares(alpha: Array, names: Sequence[str]) -> dict[str, float]:
-    """Sensitivities by name: negative ones make it safer as they grow."""
+    """Sensitivities by name: a negative one means that the margin grows with the variable."""
     return {name: float(value) for name, value in zip(names, alpha, strict=True)}

@@ -1,4 +1,4 @@
-"""Pictures of a reliability: shares of the variables, and the histogram of what was sampled."""
+"""Figures of a reliability analysis: importance of the variables, and the histogram of the samples."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def draw(sensitivity: Mapping[str, float], margins: Array, limit: str, title: st
     names = sorted(sensitivity, key=lambda name: abs(sensitivity[name]))
     left.barh(names, [sensitivity[name] for name in names], color=["tab:red" if sensitivity[n] > 0 else "tab:blue" for n in names])
     left.axvline(0.0, color="0.3", lw=0.8)
-    left.set_xlabel("alpha: where the design point lies, in standard deviations over beta")
+    left.set_xlabel("alpha: design point in standard deviations, divided by beta")
     known = margins[np.isfinite(margins)]
     if known.size:
         right.hist(known, bins=min(60, max(10, known.size // 20)), color="0.7", edgecolor="0.4", lw=0.4)

@@ -1,4 +1,4 @@
-"""Runs of a deck in which some numbers are others: the deck that is written, the answer that is read."""
+"""Runs of a deck with modified parameters: writing the deck, reading the result."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from qsmpm_verify.study.strength import STRONGER, gave_way, stronger
 from qsmpm_verify.trouble import Trouble
 
 NAMING = ("NAME", "BODY", "MATERIAL", "SURFACE", "NSET")
-"""Parameters by which a card may be told from its like."""
+"""Parameters that identify a keyword among several of the same name."""
 
 
 @dataclass(frozen=True)
 class Response:
-    """What is asked of a run: a factor of safety or a history, its limit and the side that fails."""
+    """Requested result of a run: a factor of safety or a history, its limit and the side that fails."""
 
     quantity: str
     at: str
@@ -36,7 +36,7 @@ class Response:
     fails_below: bool
 
     def margin(self, value: float) -> float:
-        """Positive where it is safe."""
+        """Positive if safe."""
         return value - self.limit if self.fails_below else self.limit - value
 
 
@@ -48,22 +48,22 @@ def read_response(table: Mapping[str, object]) -> Response:
     if words:
         raise Trouble(f"response: unknown word '{next(iter(words))}'")
     if at not in ("last", "max", "min") or fails not in ("below", "above"):
-        raise Trouble("response: at is last, max or min; fails is below or above")
+        raise Trouble("response: at must be last, max or min; fails must be below or above")
     if not isinstance(limit, int | float):
         raise Trouble("response: the limit of a history is missing")
     return Response(quantity, at, float(limit), fails == "below")
 
 
 def place_of(deck: Deck, variable: Variable, table: Table) -> tuple[int, int, int]:
-    """Card, line of it and item of that line in which a variable stands."""
+    """Keyword block, its line and the item of that line that contain a variable."""
     keyword, material = plain(variable.card), ""
     entry = table.keywords.get(keyword)
     if entry is None:
-        raise Trouble(f"variable '{variable.name}': there is no card *{keyword}")
+        raise Trouble(f"variable '{variable.name}': there is no keyword *{keyword}")
     names = [column["name"] for data in entry["data"] for column in data["columns"]]
     columns = {plain(name): i for i, name in reversed(list(enumerate(names)))}
     if plain(variable.column) not in columns:
-        raise Trouble(f"variable '{variable.name}': *{keyword} has no column '{variable.column}'; there are {', '.join(names)}")
+        raise Trouble(f"variable '{variable.name}': *{keyword} has no column '{variable.column}'; known are {', '.join(names)}")
     found = []
     for number, card in enumerate(deck.cards):
         if card.keyword == "MATERIAL":
@@ -72,7 +72,7 @@ def place_of(deck: Deck, variable: Variable, table: Table) -> tuple[int, int, in
         if card.keyword == keyword and variable.of.upper() in ("", own):
             found.append(number)
     if len(found) != 1:
-        raise Trouble(f"variable '{variable.name}': {len(found) or 'no'} cards *{keyword}{' of ' + variable.of if variable.of else ''} in {deck.path}; "
+        raise Trouble(f"variable '{variable.name}': {len(found) or 'no'} keywords *{keyword}{' of ' + variable.of if variable.of else ''} in {deck.path}; "
                       "`of` names the material, body or surface")
     lines = [i for i, line in enumerate(deck.cards[found[0]].lines) if line.strip() and not line.lstrip().startswith("**")]
     if not 1 <= variable.line <= len(lines):
@@ -85,7 +85,7 @@ def place_of(deck: Deck, variable: Variable, table: Table) -> tuple[int, int, in
 
 
 def with_number(card: Card, line: int, item: int, value: float) -> Card:
-    """A card with another number."""
+    """A keyword block with another number."""
     words = items(card.lines[line])
     words[item] = f"{value:.12g}"
     lines = (*card.lines[:line], ", ".join(words), *card.lines[line + 1 :])
@@ -93,7 +93,7 @@ def with_number(card: Card, line: int, item: int, value: float) -> Card:
 
 
 class Runs:
-    """The answers of a deck at numbers of its variables; a run that was made is not made again."""
+    """The results of a deck for values of its variables; a run that is available is not repeated."""
 
     def __init__(
         self, deck: Deck, space: Space, response: Response, table: Table, program: Path, root: Path, jobs: int, fields: Sequence[Field] = (), seed: int = 1
@@ -106,12 +106,12 @@ class Runs:
         for field, place in zip(fields, self.field_places, strict=True):
             lattice(deck, field)
             if (self.places + self.field_places).count(place) > 1:
-                raise Trouble(f"field '{field.variable.name}': {field.variable.column} of '{field.variable.of}' is a variable or another field, too")
+                raise Trouble(f"field '{field.variable.name}': {field.variable.column} of '{field.variable.of}' is also a variable or another field")
         self.made = self.failed = 0
         self.reasons: list[str] = []
 
     def text_of(self, values: Sequence[float]) -> str:
-        """The deck with these numbers."""
+        """The deck with these values."""
         cards = list(self.deck.cards)
         for (card, line, item), value in zip(self.places, values, strict=True):
             cards[card] = with_number(cards[card], line, item, value)
@@ -125,7 +125,7 @@ class Runs:
         return self.deck.with_cards(cards).text()
 
     def answer(self, values: Sequence[float], number: int = 0) -> float:
-        """The answer at these numbers, with the fields of the run of this number; NaN where there is none."""
+        """The result for these values, with the fields of the run of this number; NaN if there is none."""
         text = self.text_of(values)
         value, stands = self.run(self.with_fields(text, number))
         if self.response.quantity == "factor" and not stands and (strong := stronger(text)):
@@ -140,7 +140,7 @@ class Runs:
         return written(self.fields, self.deck, text, self.root, self.seed, number, times)
 
     def run(self, text: str) -> tuple[float, bool]:
-        """The answer of a deck, and whether its ground stood up as it was drawn."""
+        """The result of a deck, and whether its initial state is in equilibrium."""
         name = hashlib.sha256(text.encode()).hexdigest()[:16]
         original = self.deck.path.read_text(encoding="utf-8")
         case = Case(name, self.deck.path.name, self.deck.path, (), replace=((original, text),))
@@ -157,14 +157,14 @@ class Runs:
         return math.nan, False
 
     def margins(self, u: Array) -> Array:
-        """Margins of rows of standard normal numbers, side by side."""
+        """Margins for rows of standard normal numbers, run in parallel."""
         rows = self.space.values(np.atleast_2d(u))
         with ThreadPoolExecutor(self.jobs) as pool:
             return np.array([self.response.margin(value) for value in pool.map(self.answer, rows.tolist(), range(len(rows)))])
 
 
 def answer_in(folder: Path, response: Response) -> float:
-    """The factor in the middle of its bracket, or a history."""
+    """The midpoint of the bracket of the factor, or a history."""
     if response.quantity == "factor":
         phases = json.loads((folder / "safety.json").read_text(encoding="utf-8"))["phases"]
         stable, lost = phases[-1]["stable"], phases[-1]["lost"]

@@ -1,6 +1,6 @@
-"""Uncertain numbers: their distributions, their correlation, and the way between them and independent standard normal ones.
+"""Uncertain parameters: their distributions, their correlation, and the transformation to independent standard normal variables.
 
-x_i = F_i^-1(Phi(z_i)), z = L u, L L^T the correlation of z. What z must have for the x to have theirs is found from the distributions
+x_i = F_i^-1(Phi(z_i)), z = L u, L L^T the correlation of z. The correlation of z that gives the correlation of x follows from the distributions
 (Nataf; Liu and Der Kiureghian 1986), for lognormal pairs in closed form and otherwise by quadrature.
 """
 
@@ -19,12 +19,12 @@ from qsmpm_verify.trouble import Trouble
 
 KINDS = {"normal": ("mean", "sd"), "lognormal": ("mean", "sd"), "gumbel": ("mean", "sd"), "uniform": ("low", "high")}
 QUADRATURE = 24
-"""Points of Gauss and Hermite in each direction."""
+"""Gauss-Hermite points in each direction."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A number of the deck: where it stands and how it is distributed."""
+    """An uncertain number of the deck: its position and its distribution."""
 
     name: str
     card: str
@@ -35,41 +35,41 @@ class Variable:
     kind: str
 
     def value(self, z: Array | float) -> Array:
-        """The number of standard normal ones."""
+        """The value for a standard normal number."""
         tail = np.asarray(z, dtype=float)
         # The smaller tail keeps its digits.
         return np.where(tail < 0.0, self.law.ppf(stats.norm.cdf(tail)), self.law.isf(stats.norm.sf(tail)))
 
 
 def law_of(kind: str, numbers: Mapping[str, float], name: str) -> Any:
-    """A distribution by mean and standard deviation, or by its ends."""
+    """A distribution by mean and standard deviation, or by its bounds."""
     if kind == "uniform":
         if not numbers["low"] < numbers["high"]:
-            raise Trouble(f"variable '{name}': low is below high")
+            raise Trouble(f"variable '{name}': low must be below high")
         return stats.uniform(numbers["low"], numbers["high"] - numbers["low"])
     mean, sd = numbers["mean"], numbers["sd"]
     if not sd > 0.0:
-        raise Trouble(f"variable '{name}': sd is above 0")
+        raise Trouble(f"variable '{name}': sd must be above 0")
     if kind == "normal":
         return stats.norm(mean, sd)
     if kind == "gumbel":
         scale = sd * math.sqrt(6.0) / math.pi
         return stats.gumbel_r(mean - np.euler_gamma * scale, scale)
     if not mean > 0.0:
-        raise Trouble(f"variable '{name}': the mean of a lognormal one is above 0")
+        raise Trouble(f"variable '{name}': the mean of a lognormal distribution must be above 0")
     spread = math.sqrt(math.log1p((sd / mean) ** 2))
     return stats.lognorm(spread, scale=mean * math.exp(-0.5 * spread**2))
 
 
 def read_variable(table: Mapping[str, Any]) -> Variable:
-    """A `[[variable]]` of the file; words that are none are errors."""
+    """A `[[variable]]` of the file; unknown words are errors."""
     words = dict(table)
     name = str(words.pop("name", ""))
     if not name:
-        raise Trouble("a variable has no name")
+        raise Trouble("a variable requires a name")
     kind = str(words.pop("distribution", "lognormal"))
     if kind not in KINDS:
-        raise Trouble(f"variable '{name}': distribution '{kind}' is none of {', '.join(KINDS)}")
+        raise Trouble(f"variable '{name}': distribution '{kind}' must be one of {', '.join(KINDS)}")
     if "cov" in words and "mean" in words:
         words["sd"] = float(words.pop("cov")) * abs(float(words["mean"]))
     missing = [key for key in (*KINDS[kind], "card", "column") if key not in words]
@@ -83,7 +83,7 @@ def read_variable(table: Mapping[str, Any]) -> Variable:
 
 
 def normal_correlation(one: Variable, other: Variable, rho: float) -> float:
-    """Correlation of the standard normal numbers for one of the variables themselves."""
+    """Correlation of the standard normal numbers for a correlation of the variables."""
     if one.kind == other.kind == "normal":
         return rho
     if one.kind == other.kind == "lognormal":
@@ -108,13 +108,13 @@ def normal_correlation(one: Variable, other: Variable, rho: float) -> float:
 
 @dataclass(frozen=True)
 class Space:
-    """All variables, and the factor of their correlation."""
+    """All variables, and the factor of their correlation matrix."""
 
     variables: tuple[Variable, ...]
     factor: Array
 
     def values(self, u: Array) -> Array:
-        """Numbers of the deck of independent standard normal ones, (..., variables)."""
+        """Values of the variables for independent standard normal numbers, (..., variables)."""
         z = np.asarray(u) @ self.factor.T
         if not self.variables:
             return np.asarray(u)
@@ -122,7 +122,7 @@ class Space:
 
 
 def make_space(variables: Sequence[Variable], correlations: Sequence[tuple[str, str, float]]) -> Space:
-    """The space of variables and the correlations of pairs of them."""
+    """The space of variables and the correlations of pairs."""
     names = [variable.name for variable in variables]
     if len(set(names)) < len(names):
         raise Trouble("two variables have the same name")
@@ -130,12 +130,12 @@ def make_space(variables: Sequence[Variable], correlations: Sequence[tuple[str, 
     for first, second, rho in correlations:
         for name in (first, second):
             if name not in names:
-                raise Trouble(f"a correlation names '{name}', which is no variable; there are {', '.join(names)}")
+                raise Trouble(f"a correlation names '{name}', which is not a variable; known are {', '.join(names)}")
         i, j = names.index(first), names.index(second)
         if i == j or not -1.0 < rho < 1.0:
-            raise Trouble(f"the correlation of '{first}' and '{second}' is between -1 and 1, and of two variables")
+            raise Trouble(f"the correlation of '{first}' and '{second}' must be between -1 and 1, and of two different variables")
         matrix[i, j] = matrix[j, i] = normal_correlation(variables[i], variables[j], rho)
     try:
         return Space(tuple(variables), np.linalg.cholesky(matrix))
     except np.linalg.LinAlgError:
-        raise Trouble("the correlations cannot all hold at once: their matrix is not positive definite") from None
+        raise Trouble("the correlations are inconsistent: their matrix is not positive definite") from None

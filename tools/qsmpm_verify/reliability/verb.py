@@ -1,4 +1,4 @@
-"""Words of `reliability`: DECK, VARIABLES, --runs, --seed, --jobs, --out."""
+"""Arguments of `reliability`: DECK, VARIABLES, --runs, --seed, --jobs, --out."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from qsmpm_verify.trouble import RunFailed, Trouble
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("reliability", help="probability that an answer of a deck is beyond its limit: FORM, response surface, Monte Carlo")
-    verb.add_argument("deck", type=Path, help="a deck that runs")
-    verb.add_argument("variables", type=Path, help="the uncertain numbers, their correlation and the limit (TOML)")
-    verb.add_argument("--runs", type=int, default=0, metavar="N", help="Monte Carlo of N runs (a Latin hypercube) in place of the search")
-    verb.add_argument("--seed", type=int, default=1, help="of the hypercube and of fields (default 1)")
-    verb.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2), help="runs side by side")
-    verb.add_argument("--out", type=Path, help="folder of the runs, the picture and reliability.json (default output/reliability/DECK)")
-    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("reliability", help="probability that a result of a deck exceeds its limit: FORM, response surface, Monte Carlo")
+    verb.add_argument("deck", type=Path, help="deck")
+    verb.add_argument("variables", type=Path, help="uncertain parameters, their correlation and the limit (TOML)")
+    verb.add_argument("--runs", type=int, default=0, metavar="N", help="Monte Carlo with N runs (Latin hypercube) instead of the search")
+    verb.add_argument("--seed", type=int, default=1, help="seed of the hypercube and of fields (default 1)")
+    verb.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2), help="number of parallel runs")
+    verb.add_argument("--out", type=Path, help="folder of the runs, the figure and reliability.json (default output/reliability/DECK)")
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="program to run")
     verb.set_defaults(act=act)
 
 
@@ -61,10 +61,10 @@ def read_question(path: Path) -> tuple[Space, list[Field], Response]:
 
 
 def act(words: argparse.Namespace) -> int:
-    """Ask, run, tell; exit code 3 when runs have no answer where they must."""
+    """Run, evaluate, report; exit code 3 if required runs have no result."""
     space, fields, response = read_question(words.variables)
     if fields and not words.runs:
-        raise Trouble(f"{words.variables}: a field has no design point that a search finds: --runs 200 samples it")
+        raise Trouble(f"{words.variables}: a random field requires sampling, for example --runs 200")
     root = words.out or Path("output") / "reliability" / words.deck.stem
     runs = Runs(read_deck(words.deck), space, response, read_table(words.program), words.program.resolve(), root, max(1, words.jobs), fields, words.seed)
     names = [variable.name for variable in space.variables]
@@ -77,7 +77,7 @@ def act(words: argparse.Namespace) -> int:
             told = told_form(form, space)
             margins = form.surface.at(np.random.default_rng(SEED).standard_normal((SAMPLES, len(names))))
     except RunFailed as trouble:
-        raise RunFailed(f"{words.deck}: {trouble}; the program said: {runs.reasons[-1] if runs.reasons else 'nothing'}") from trouble
+        raise RunFailed(f"{words.deck}: {trouble}; message of the program: {runs.reasons[-1] if runs.reasons else 'none'}") from trouble
     told["runs"], told["runs without an answer"] = runs.made, runs.failed
     side = "below" if response.fails_below else "above"
     told["fails"] = f"{response.quantity} {side} {response.limit:g}"
@@ -91,7 +91,7 @@ def act(words: argparse.Namespace) -> int:
 
 
 def told_form(form: Form, space: Space) -> dict[str, Any]:
-    """What the search found."""
+    """Result of the search."""
     names = [variable.name for variable in space.variables]
     return {
         "beta": form.beta, "probability, first order": form.first_order, "probability, sampled": form.probability,
@@ -101,12 +101,12 @@ def told_form(form: Form, space: Space) -> dict[str, Any]:
 
 
 def sample(runs: Runs, count: int, seed: int) -> tuple[dict[str, Any], np.ndarray]:
-    """What Monte Carlo finds; a run without an answer is a failure."""
+    """Result of Monte Carlo sampling; a run without a result counts as failed."""
     u = hypercube(len(runs.space.variables), count, seed)
     found = Sample(runs.space.values(u), runs.margins(u))
     known = np.isfinite(found.margins)
     if known.sum() < 3:
-        raise RunFailed("fewer than three runs have an answer")
+        raise RunFailed("fewer than three runs have a result")
     names = [variable.name for variable in runs.space.variables]
     slope = np.linalg.lstsq(np.hstack([np.ones((known.sum(), 1)), u[known]]), found.margins[known], rcond=None)[0][1:]
     mean, sd = float(found.margins[known].mean()), float(found.margins[known].std(ddof=1))
@@ -119,13 +119,13 @@ def sample(runs: Runs, count: int, seed: int) -> tuple[dict[str, Any], np.ndarra
 
 
 def title_of(told: dict[str, Any]) -> str:
-    """A line over the picture."""
+    """Title of the figure."""
     head = f"beta {told['beta']:.3g}, probability {told['probability, sampled']:.3g}" if "beta" in told else f"probability {told['probability']:.3g}"
     return f"{head}; fails: {told['fails']}; {told['runs']} runs"
 
 
 def text_of(value: Any) -> str:
-    """A value as it is printed."""
+    """A value as printed."""
     if isinstance(value, dict):
         return ", ".join(f"{name} {number:.4g}" for name, number in value.items())
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,1 +1,1 @@
-"""`report RUN`: one run as a page that needs no other file, and as a document: phases, factor, curves, pictures, warnings, deck."""
+"""`report RUN`: one run as a self-contained page and as a document: phases, factor, curves, figures, warnings, deck."""

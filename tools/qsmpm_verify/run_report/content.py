@@ -1,4 +1,4 @@
-"""What a report of a run shows, as pieces that a page and a document write alike."""
+"""Content of a report of a run, as elements that are written to a page and a document."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from qsmpm_verify.told import echoed, phase_name, units
 from qsmpm_verify.trouble import Trouble
 
 MOST_MARKS = 400
-"""Marks of a curve that tell their values; of a longer one every second, third, ... has a mark."""
+"""Maximum number of marks with values on a curve; on longer curves every second, third, ... point has a mark."""
 NOT_CURVES = {"phase", "step", "load_factor", "iterations", "out_of_balance", "inaccurate_points", "compliance", "step_error",
               "damping_share", "stabilisation_share", "internal_work"}  # fmt: skip
-"""Columns that say how the run went, not how the ground does."""
+"""Columns on the solution process, not on the ground."""
 WIDEST = 100
-"""Characters of a line of the deck."""
+"""Maximum length of a line of the deck."""
 FIELDS = ("displacement", "shear_strain", "pore_pressure")
 
 
 @dataclass(frozen=True)
 class Heading:
-    """A part and where links go."""
+    """A heading and its anchor."""
 
     text: str
     name: str
@@ -43,7 +43,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Lines:
-    """Sentences; of a kind `warning` they stand out, of `deck` they keep their blanks."""
+    """Sentences; `warning` marks warnings, `deck` keeps blanks."""
 
     lines: tuple[str, ...]
     kind: str = ""
@@ -59,7 +59,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawing: PNG for a document, SVG for a page where there is one, texts at its marks."""
+    """A figure: PNG for a document, SVG for a page if available, with texts at its marks."""
 
     png: Path
     caption: str
@@ -71,9 +71,9 @@ Piece = Heading | Lines | Rows | Picture
 
 
 def content_of(folder: Path, work: Path, with_bounds: bool) -> list[Piece]:
-    """All pieces of a run, pictures written into `work`."""
+    """All elements of a run, with the figures written to `work`."""
     if not (folder / "summary.json").is_file():
-        raise ResultError(f"{folder}: no summary.json: no run has ended here")
+        raise ResultError(f"{folder}: no summary.json: the folder contains no finished run")
     log = log_of(folder)
     quiet = [line for line in log if line.strip() and not line.startswith("warning:")]
     pieces: list[Piece] = [Lines(tuple(first_lines(folder, log)))]
@@ -87,7 +87,7 @@ def content_of(folder: Path, work: Path, with_bounds: bool) -> list[Piece]:
 
 
 def joined(lines: Sequence[str]) -> list[str]:
-    """Lines of a deck, those that a comma carries on together as far as they are not too wide."""
+    """Lines of a deck, with continuation lines joined up to the maximum length."""
     found: list[str] = []
     for line in lines:
         if found and found[-1].rstrip().endswith(",") and len(found[-1]) + len(line) < WIDEST and not line.startswith("*"):
@@ -98,28 +98,28 @@ def joined(lines: Sequence[str]) -> list[str]:
 
 
 def log_of(folder: Path) -> list[str]:
-    """Lines of the log; none where it is not there."""
+    """Lines of the log; none if it does not exist."""
     path = folder / "job.log"
     return path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []
 
 
 def first_lines(folder: Path, log: Sequence[str]) -> list[str]:
-    """What the deck says of itself, and how the run ended."""
+    """Heading of the deck, and the end of the run."""
     head = re.search(r"^\*HEADING\s*\n((?:(?!\*).*\n)*)", echoed(folder), re.MULTILINE | re.IGNORECASE)
     ended = how_it_ended(folder)
     seconds = json.loads((folder / "timing.json").read_text())["cpu_seconds"] if (folder / "timing.json").is_file() else math.nan
     last = next((line for line in reversed(log) if line.startswith(("qsmpm:", "phase '"))), "")
     lines = [" ".join(head[1].split())] if head and head[1].strip() else []
-    return [*lines, f"Ended: {ended or last.removeprefix('qsmpm: ') or 'not told'}; {seconds:.3g} CPU s."]
+    return [*lines, f"Ended: {ended or last.removeprefix('qsmpm: ') or 'unknown'}; {seconds:.3g} CPU s."]
 
 
 def factor_text(factor: list[float | None]) -> str:
-    """Stable and lost, or the least that it is."""
+    """Last stable and first factor without equilibrium, or the lower limit."""
     return f"at least {number(factor[0])}" if factor[1] is None else " to ".join(number(value) for value in factor)
 
 
 def phase_table(folder: Path) -> Rows:
-    """A row a phase."""
+    """One row for each phase."""
     length = units(folder).get("LENGTH", "-")
     rows = []
     for told in json.loads((folder / "summary.json").read_text(encoding="utf-8"))["phases"]:
@@ -132,24 +132,24 @@ def phase_table(folder: Path) -> Rows:
 
 
 def number(value: Any, digits: int = 4) -> str:
-    """A number of few digits, nothing for none."""
+    """A number with few digits, empty for None."""
     return "" if value is None else f"{float(value):.{digits}g}"
 
 
 def factor_pieces(folder: Path, work: Path, with_bounds: bool) -> list[Piece]:
-    """The way the ground fails in each safety phase, and what limit analysis proves of the place it starts from."""
+    """Failure mechanism of each safety phase, and bounds of limit analysis for its initial state."""
     pieces: list[Piece] = []
     for phase in written_mechanisms(folder):
         words = argparse.Namespace(result=folder, field="displacement", range=None, no_outline=False, mesh=False, mechanism=True, phase=phase)
         png = view.write_picture(view.mechanism(words), work / f"mechanism_{phase}.png")
-        pieces.append(Picture(png, f"The way the ground fails in phase {phase_name(folder, phase)}: displacements over their largest"))
+        pieces.append(Picture(png, f"Failure mechanism in phase {phase_name(folder, phase)}: displacements relative to the largest"))
         if with_bounds:
             pieces.append(bounds_line(folder, phase))
     return [Heading("Factor of safety", "factor"), *pieces] if pieces else []
 
 
 def bounds_line(folder: Path, phase: int) -> Lines:
-    """Bounds of the factor as the ground was drawn, or why there are none."""
+    """Bounds of the factor for the initial geometry, or the reason why there are none."""
     deck = next(iter(sorted(folder.glob("*.echo.inp"))), None)
     if deck is None:
         return Lines(("No bounds: the run has no echoed deck.",))
@@ -160,7 +160,7 @@ def bounds_line(folder: Path, phase: int) -> Lines:
     except Trouble as trouble:
         return Lines((f"No bounds of limit analysis: {trouble}",))
     both = [f"{side} {bound.value:.4g}" for side, bound in (("at least", found.lower), ("at most", found.upper)) if bound.solved]
-    return Lines((f"Limit analysis proves of the ground as drawn, psi = phi: {', '.join(both) or 'nothing'} ({found.triangles} triangles).",))
+    return Lines((f"Bounds of limit analysis for the initial geometry, psi = phi: {', '.join(both) or 'none'} ({found.triangles} triangles).",))
 
 
 def warning_lines(log: Sequence[str]) -> Lines:
@@ -170,7 +170,7 @@ def warning_lines(log: Sequence[str]) -> Lines:
 
 
 def curve_pieces(folder: Path, work: Path) -> list[Piece]:
-    """Every history of the deck over the increments, phases told apart."""
+    """Every history of the deck against the increments, with the phases distinguished."""
     curves = read_curves(folder)
     phases = np.array(curves.text.get("phase") or curves.columns["phase"], dtype=float)
     names = [name for name in curves.columns if name not in NOT_CURVES and np.ptp(curves.columns[name]) > 0.0]

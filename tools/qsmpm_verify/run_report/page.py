@@ -14,7 +14,7 @@ MARKED = """.warning { background: #fff3d6; padding: 2px 10px; } pre { backgroun
 
 
 def shown(piece: Piece) -> str:
-    """A piece as HTML."""
+    """An element as HTML."""
     if isinstance(piece, Heading):
         return f"<h2 id={piece.name}>{text(piece.text)}</h2>\n"
     if isinstance(piece, Rows):
@@ -25,7 +25,7 @@ def shown(piece: Piece) -> str:
         data = base64.b64encode(piece.png.read_bytes()).decode()
         return figure(f'<img alt="{text(piece.caption)}" src="data:image/png;base64,{data}">', piece.caption)
     if piece.kind == "deck":
-        return "<details><summary>the deck with every default</summary><pre>" + text("\n".join(piece.lines)) + "</pre></details>\n"
+        return "<details><summary>the deck with all defaults</summary><pre>" + text("\n".join(piece.lines)) + "</pre></details>\n"
     return "".join(f"<p{' class=warning' if piece.kind == 'warning' else ''}>{text(line)}</p>\n" for line in piece.lines)
 
 

@@ -1,4 +1,4 @@
-"""What `report RUN` does: content, page, document."""
+"""Execution of `report RUN`: content, page, document."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from qsmpm_verify.view import folder_of, job_of
 
 
 def act(words: argparse.Namespace) -> int:
-    """Write the page of one run, and the document where it is asked for."""
+    """Write the page of one run, and the document if requested."""
     if not words.run.exists():
         raise Trouble(f"{words.run}: no such folder")
     folder = folder_of(words.run)

@@ -13,11 +13,11 @@ from qsmpm_verify.run_report.content import Heading, Picture, Piece, Rows
 
 PAPER, MARGIN = (Mm(210), Mm(297)), Mm(20)
 WIDTH, HEIGHT = Mm(170), Mm(95)
-"""Of pictures: what margins leave of a page, and two of them on one."""
+"""Widths of figures: that of the text area of a page, and for two figures on one page."""
 
 
 def write_document(title: str, pieces: Sequence[Piece], out: Path) -> Path:
-    """The same pieces as the page."""
+    """The same elements as the page."""
     document = Document()
     page = document.sections[0]
     page.page_width, page.page_height = PAPER
@@ -46,7 +46,7 @@ def write_document(title: str, pieces: Sequence[Piece], out: Path) -> Path:
 
 
 def add_table(document: Any, piece: Rows) -> None:
-    """A table whose columns are as wide as their longest words ask for."""
+    """A table with column widths that fit the longest words."""
     lines = [piece.header, *piece.rows]
     longest = [max(len(word) for line in lines for word in (line[i].split() or [""])) + 2 for i in range(len(piece.header))]
     grid = document.add_table(rows=len(lines), cols=len(piece.header), style="Light Grid Accent 1")

@@ -1,10 +1,10 @@
-"""`study`: a user's own deck over grids, methods and steps; what its answer is, how sure, and what it costs to know it.
+"""`study`: a user's deck with several grids, methods and steps; its result, the uncertainty, and the cost.
 
-cards       a deck as its cards
-variants    the same scene on a finer or coarser grid, by another method, in more steps
-band        the value a sequence of grids goes to, and the band around it
-search      runs in the order of their cost, within a budget of time
-judgement   the answer of all runs, and the cheapest one that is close enough
-telling     tables, the drawing, figures.json and the deck of the choice
-verb        words of the command line
+cards       a deck as its keyword blocks
+variants    the same scene on a finer or coarser grid, with another method, in more steps
+band        the limit of a sequence of grids, and the uncertainty band around it
+search      runs in order of their cost, within a time budget
+judgement   the result of all runs, and the cheapest sufficiently accurate run
+telling     tables, the chart, figures.json and the deck of the selected run
+verb        arguments of the command line
 """

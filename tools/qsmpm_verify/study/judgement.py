@@ -1,4 +1,4 @@
-"""The answer of all runs of a study with its band, the error of each, and the cheapest run that is close enough."""
+"""The result of all runs of a study with its band, the error of each, and the cheapest sufficiently accurate run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from qsmpm_verify.study.variants import OWN
 
 @dataclass(frozen=True)
 class Answer:
-    """What a study found: value and half width of its band, what they rest on, and what stands against them."""
+    """Result of a study: value and half width of its band, their basis, and notes on limitations."""
 
     value: float
     half: float
@@ -26,17 +26,17 @@ class Answer:
     notes: tuple[str, ...]
 
     def error(self, trial: Trial) -> float:
-        """Error of a run, a share of the answer."""
+        """Relative error of a run."""
         return abs(trial.figure - self.value) / (abs(self.value) or 1.0)
 
     @property
     def share(self) -> float:
-        """Half width as a share of the answer."""
+        """Relative half width."""
         return self.half / (abs(self.value) or 1.0)
 
 
 def figures_by_method(trials: Sequence[Trial]) -> dict[str, list[Trial]]:
-    """Good runs in the deck's own steps by method, on the grids that follow one another up to the finest; what is refined starts from the deck's own grid."""
+    """Successful runs with the steps of the deck by method, on consecutive grids up to the finest; refined meshes start from the grid of the deck."""
     found: dict[str, list[Trial]] = {}
     usual = [t for t in trials if t.good and t.steps == 1]
     starts = [replace(t, method=REFINED.label) for t in usual if (t.method, t.level) == (OWN.label, 0)]
@@ -49,12 +49,12 @@ def figures_by_method(trials: Sequence[Trial]) -> dict[str, list[Trial]]:
 
 
 def width_of(own: Sequence[Trial]) -> float:
-    """Width of the figures that a method's band rests on: those of its three finest grids."""
+    """Width of the results on which the band of a method is based: those of its three finest grids."""
     return max(t.width for t in own[-3:])
 
 
 def bands_by_method(trials: Sequence[Trial]) -> dict[str, Band | None]:
-    """The band of each method that has two grids or more; none where its figures go nowhere."""
+    """The band of each method with two grids or more; None if its results have no limit."""
     return {
         method: of_grids([t.figure for t in own], width_of(own))
         for method, own in figures_by_method(trials).items() if len(own) >= 2
@@ -62,7 +62,7 @@ def bands_by_method(trials: Sequence[Trial]) -> dict[str, Band | None]:
 
 
 def change_by_steps(trials: Sequence[Trial]) -> float | None:
-    """What twice the steps changed, on the finest grid that was run so; none without such a run."""
+    """Change of the result with twice the steps, on the finest grid run in this way; None without such a run."""
     for doubled in sorted((t for t in trials if t.good and t.steps == 2), key=lambda t: -t.level):
         single = [t for t in trials if t.good and (t.method, t.level, t.steps) == (doubled.method, doubled.level, 1)]
         if single:
@@ -71,8 +71,8 @@ def change_by_steps(trials: Sequence[Trial]) -> float | None:
 
 
 def answer_of(trials: Sequence[Trial]) -> Answer | None:
-    """The answer; none where no method converges. Two grids count only while no method converges over three, and where one goes nowhere over
-    three only if two methods agree."""
+    """The result; None if no method converges. Two grids count only while no method converges over three, and if one diverges over
+    three, only if two methods agree."""
     counts = {method: len(own) for method, own in figures_by_method(trials).items()}
     bands = bands_by_method(trials).items()
     seen = any(band is not None and counts[m] >= 3 for m, band in bands)
@@ -82,27 +82,27 @@ def answer_of(trials: Sequence[Trial]) -> Answer | None:
     if not trusted:
         return None
     band, stretched = agreed(list(trusted.values()))
-    notes = [] if seen else ["no method converges over three grids: the order is assumed, not seen"]
+    notes = [] if seen else ["no method converges over three grids: the order is assumed, not observed"]
     lost = [m for m, b in bands if b is None and counts[m] >= 3]
     if lost:
-        notes.append(f"no limit in sight on these grids: {', '.join(lost)}")
+        notes.append(f"no convergence on these grids: {', '.join(lost)}")
     if stretched:
-        notes.append("methods disagree beyond their bands: the band was stretched until they meet")
+        notes.append("methods disagree beyond their bands: the band was extended to include them")
     change = change_by_steps(trials)
     shift, half = of_steps(change) if change is not None else (0.0, 0.0)
     figures = figures_by_method(trials)
     half += max(width_of(figures[method]) for method in trusted)
     if change is None:
-        notes.append("no run in twice the steps: what the steps cost is not in the band")
+        notes.append("no run with twice the steps: the error of the steps is not included in the band")
     return Answer(band.value + shift, band.half + half, band.half, change, tuple(trusted), tuple(notes))
 
 
 def within_bounds(answer: Answer | None, bounds: tuple[float, float] | None) -> Answer | None:
-    """The answer, whose band holds all that limit analysis leaves open where it does not lie within it."""
+    """The result; if it is outside the bounds of limit analysis, its band is extended to include them."""
     if answer is None or bounds is None or bounds[0] <= answer.value <= bounds[1]:
         return answer
     half = max(answer.half, *(abs(bound - answer.value) for bound in bounds))
-    return replace(answer, half=half, notes=(*answer.notes, "the band was stretched to the bounds of limit analysis"))
+    return replace(answer, half=half, notes=(*answer.notes, "the band was extended to the bounds of limit analysis"))
 
 
 def choice_of(trials: Sequence[Trial], answer: Answer | None, target: float) -> Trial | None:
@@ -119,7 +119,7 @@ def choice_of(trials: Sequence[Trial], answer: Answer | None, target: float) -> 
 
 
 def seconds_of_choice(trials: Sequence[Trial], target: float) -> float:
-    """Cost of the choice so far; infinite while no method has three grids or no run is close enough."""
+    """Cost of the selected run so far; infinite while no method has three grids or no run is sufficiently accurate."""
     if all(len(own) < 3 for own in figures_by_method(trials).values()):
         return math.inf
     choice = choice_of(trials, answer_of(trials), target)
@@ -127,12 +127,12 @@ def seconds_of_choice(trials: Sequence[Trial], target: float) -> float:
 
 
 def warnings_of(deck: Deck) -> list[str]:
-    """What in the deck makes an answer depend on the grid by its nature."""
+    """Properties of the deck by which a result inherently depends on the grid."""
     found = []
     for card in deck.all("SOFTENING"):
         if card.value("REGULARISATION") == "NONE":
-            found.append("softening without REGULARISATION=CELL: the work of a slip surface falls with the cells, "
-                         "no grid is the last one")
+            found.append("softening without REGULARISATION=CELL: the work of a slip surface decreases with the cell size, "
+                         "no grid is converged")
     davis = [card for card in deck.all("SAFETY") if (card.value("FLOW") or "").startswith("DAVIS")]
     for card in [] if davis else deck.all("MOHR COULOMB"):
         rows = card.data()
@@ -141,6 +141,6 @@ def warnings_of(deck: Deck) -> list[str]:
         except (IndexError, ValueError):
             continue
         if psi < phi - 1.0:
-            found.append(f"phi = {phi:g}, psi = {psi:g}: past the limit load flow that is not associated localises in "
-                         "bands of a cell's width, and figures there may go on changing with the grid")
+            found.append(f"phi = {phi:g}, psi = {psi:g}: after the limit load non-associated flow localises in "
+                         "bands one cell wide, and results there may continue to depend on the grid")
     return list(dict.fromkeys(found))

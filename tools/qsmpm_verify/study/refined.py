@@ -1,8 +1,8 @@
-"""The deck with triangles that are smaller where its run has sheared: `*REFINE` over the cells of the grid that the slip surface crosses.
+"""The deck with smaller triangles where its run has sheared: `*REFINE` over the cells of the grid that the slip surface crosses.
 
-Level k takes the strain of the run of level k - 1, level 1 that of the deck's own run: of the way to fail where a factor of safety was searched,
-else of the last step. A cell of the grid is refined, to its width over 2**k, where its largest plastic shear strain is a tenth of the strain that
-two in a hundred cells exceed, and with it the cells around it that hold soil.
+Level k uses the strain of the run of level k - 1, level 1 that of the run of the deck: of the failure mechanism if a factor of safety was searched,
+otherwise of the last step. A cell of the grid is refined, to its width over 2**k, if its largest plastic shear strain is at least a tenth of the strain that
+2 % of the cells exceed, together with the surrounding cells that contain soil.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ STRAIN = "accumulated_plastic_shear_strain"
 
 
 def can_refine(deck: Deck) -> bool:
-    """Whether a deck may have triangles that fit it: a grid in the plane that names no other cells, and nothing that is pushed through them."""
+    """Whether a deck may use body-fitted triangles: a plane grid without named cells, and nothing that is pushed through them."""
     grid = deck.find("GRID")
     if grid is None or len(axis_lines(deck, "Z")) > 0 or deck.find("MOVING MESH") or deck.find("RIGID BODY"):
         return False
@@ -34,12 +34,12 @@ def can_refine(deck: Deck) -> bool:
 
 
 def sheared_points(folder: Path) -> Points:
-    """Points of the way to fail, or of the last step of a run."""
+    """Points of the failure mechanism, or of the last step of a run."""
     return read_mechanism(folder) if written_mechanisms(folder) else read_points(folder)
 
 
 def sheared_cells(x: np.ndarray, y: np.ndarray, place: np.ndarray, strain: np.ndarray) -> np.ndarray:
-    """Cells of the grid that are refined, one row a cell along y."""
+    """Cells of the grid that are refined, one row for each cell along y."""
     i = np.clip(np.searchsorted(x, place[:, 0], side="right") - 1, 0, len(x) - 2)
     j = np.clip(np.searchsorted(y, place[:, 1], side="right") - 1, 0, len(y) - 2)
     largest = np.full((len(y) - 1, len(x) - 1), -1.0)
@@ -52,7 +52,7 @@ def sheared_cells(x: np.ndarray, y: np.ndarray, place: np.ndarray, strain: np.nd
 
 
 def boxes_of(x: np.ndarray, y: np.ndarray, cells: np.ndarray, level: int) -> list[str]:
-    """Data lines of *REFINE over cells of a grid, those beside one another of one width as one box."""
+    """Data lines of *REFINE over cells of a grid; adjacent cells of equal width form one box."""
     rows = []
     for j, row in enumerate(cells):
         start = 0
@@ -67,7 +67,7 @@ def boxes_of(x: np.ndarray, y: np.ndarray, cells: np.ndarray, level: int) -> lis
 
 
 def refined(deck: Deck, level: int, folder: Path) -> Deck:
-    """The deck with smaller triangles where the run of a folder has sheared, boxes that it has stay; itself where nothing has."""
+    """The deck with smaller triangles where the run of a folder has sheared, with its own boxes kept; unchanged if nothing has sheared."""
     x, y = axis_lines(deck, "X"), axis_lines(deck, "Y")
     points = sheared_points(folder)
     rows = boxes_of(x, y, sheared_cells(x, y, points.field("position"), points.field(STRAIN)), level)

@@ -1,10 +1,10 @@
-"""Runs of a study in the order of their cost, within a budget of CPU time.
+"""Runs of a study in order of their cost, within a budget of CPU time.
 
-Triangles that fit the deck go first, refined where its own run has sheared, time and again: nothing else comes as near for what it
-costs. Every other method starts on the coarsest grid; the cheapest run that is left is next, its cost foretold from the run before it
-of the same method. A method that failed twice in a row is left. Once the finest figures are there, one run in twice the
-steps tells what the steps cost. The search ends when nothing is left, when the budget does not hold the next run, or
-when some run is close enough to the answer and no run that is left could be cheaper.
+Body-fitted triangles are run first, refined repeatedly where their own run has sheared: no other method is as accurate for its
+cost. Every other method starts on the coarsest grid; the cheapest remaining run is next, with its cost predicted from the previous run
+of the same method. A method that failed twice in succession is abandoned. After the finest runs, one run with twice the number of
+steps gives the error of the steps. The search ends when no run remains, when the budget does not suffice for the next run, or
+when a run is sufficiently close to the result and no remaining run could be cheaper.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ KEPT_FOR_STEPS = 0.25
 
 @dataclass(frozen=True)
 class Trial:
-    """One run: what it was, its figure (NaN with the reason where it has none), its seconds, and how far above its figure the truth of its grid may be."""
+    """One run: its trial, its result (NaN with the reason if it has none), its seconds, and by how much the true value of its grid may exceed the result."""
 
     method: str
     level: int
@@ -52,12 +52,12 @@ class Trial:
 
     @property
     def good(self) -> bool:
-        """Whether it has a figure."""
+        """Whether it has a result."""
         return math.isfinite(self.figure)
 
     @property
     def cost(self) -> float:
-        """Its seconds, as far as they are more than noise."""
+        """Its seconds, at least the resolution of the timing."""
         return max(self.seconds, NOISE)
 
     @property
@@ -69,7 +69,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Wish:
-    """What is asked: the column and where it is read, the error, the CPU seconds; where runs are kept."""
+    """The request: the column and where it is read, the error, the CPU seconds; the folder of the runs."""
 
     history: str
     place: str
@@ -84,23 +84,23 @@ FACTOR = "F"
 
 
 def stable_factor(folder: Path) -> tuple[float, float]:
-    """Last stable factor of the last safety phase of a run, and how far above it the lost one is; none where the body was not seen to give way."""
+    """Last stable factor of the last safety phase of a run, and the distance to the first one without equilibrium; None if no failure of the body was found."""
     found = json.loads((folder / "safety.json").read_text(encoding="utf-8"))["phases"][-1]
     if found.get("refused") is not None:
-        raise ResultError(f"at least {found['stable']:.5g}: no equilibrium was found above it, and no mechanism either")
+        raise ResultError(f"at least {found['stable']:.5g}: neither equilibrium nor a mechanism was found above it")
     return float(found["stable"]), float(found["lost"] or found["stable"]) - float(found["stable"])
 
 
 def waves(values: Array) -> float:
-    """By how much a curve rises and falls in its second half, the less of the two: nothing where it goes one way."""
+    """Smaller of the total rise and the total fall of a curve in its second half: zero for a monotonic curve."""
     changes = np.diff(values[len(values) // 2 :])
     return float(min(changes[changes > 0].sum(), -changes[changes < 0].sum()))
 
 
 def figure_of(folder: Path, wish: Wish) -> tuple[float, float]:
-    """The column of a run at the place asked for, and its width; of a factor of safety the last stable one, whatever run-out follows.
+    """The column of a run at the requested position, and its width; for a factor of safety the last stable one, regardless of any run-out that follows.
 
-    The end of a curve that waves is not surer than its waves in the last phase, which are its width.
+    For an oscillating curve the width is the amplitude of its oscillation in the last phase.
     """
     if wish.history == FACTOR and (folder / "safety.json").is_file():
         return stable_factor(folder)
@@ -112,13 +112,13 @@ def figure_of(folder: Path, wish: Wish) -> tuple[float, float]:
 
 
 def cpu_of_children() -> float:
-    """CPU seconds of all processes that were waited for."""
+    """CPU seconds of all child processes that were waited for."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
 def run_trial(deck: Deck, trial: Trial, wish: Wish, limit: float) -> tuple[Trial, float]:
-    """Run a trial, or take the one that is there; the CPU seconds of its process, 0 for one that was there."""
+    """Run a trial, or reuse an available run; the CPU seconds of its process, 0 for a reused run."""
     original = deck.path.read_text(encoding="utf-8")
     case = Case(trial.name, deck.path.name, deck.path, (), time_limit=max(limit, 1.0), replace=((original, trial.deck),))
     before = cpu_of_children()
@@ -139,16 +139,16 @@ def run_trial(deck: Deck, trial: Trial, wish: Wish, limit: float) -> tuple[Trial
 
 
 def as_drawn(deck: Deck, trial: Trial, wish: Wish, limit: float, spent: float) -> tuple[Trial, float]:
-    """The factor of ground that slid before it was looked for: of the same deck with more strength."""
+    """The factor of ground that was unstable before the search: of the same deck with a higher strength."""
     strong = stronger(trial.deck)
     if not strong or strong == trial.deck or trial.again:
-        return replace(trial, reason="the ground gave way before the search: its factor is below 1"), spent
+        return replace(trial, reason="the ground failed before the search: its factor is below 1"), spent
     again, more = run_trial(deck, replace(trial, deck=strong, again="_strong"), wish, limit)
     return replace(trial, figure=again.figure / STRONGER, width=again.width / STRONGER, seconds=again.seconds, reason=again.reason), spent + more
 
 
 class Search:
-    """The runs of a study: what is left, what was found, what was spent."""
+    """The runs of a study: remaining trials, results, time used."""
 
     def __init__(self, deck: Deck, wish: Wish, tell: Callable[[Trial, float], None]) -> None:
         self.deck, self.wish, self.tell = deck, wish, tell
@@ -159,11 +159,11 @@ class Search:
         self.ending = ""
 
     def of(self, method: Method) -> list[Trial]:
-        """Trials of a method on its grids, from the coarsest, in the steps of the deck."""
+        """Trials of a method on its grids, from the coarsest, with the steps of the deck."""
         return [t for t in self.trials if t.method == method.label and t.steps == 1]
 
     def next_level(self, method: Method) -> int | None:
-        """The next grid of a method; none when it has been through all, or failed too often."""
+        """The next grid of a method; None if all have been run, or too many failed."""
         own = self.of(method)
         if method == REFINED and own and not own[-1].good:
             return None
@@ -173,21 +173,21 @@ class Search:
         return levels[len(own)] if len(own) < len(levels) else None
 
     def levels_for(self, method: Method) -> Sequence[int]:
-        """Grids of a method; none to be refined before the deck's own grid has a run."""
+        """Grids of a method; none to be refined before the grid of the deck has been run."""
         if method != REFINED:
             return self.levels
         return LEVELS if any(t.level == 0 and t.good for t in self.of(OWN)) else ()
 
     def goes_first(self, method: Method) -> bool:
-        """Whether the next run of a method is one of triangles that fit the deck and are refined by its strain, or the one they start from."""
+        """Whether the next run of a method uses body-fitted triangles refined by its strain, or those from which they start."""
         return REFINED in self.methods and (method == REFINED or (method == OWN and all(t.level != 0 for t in self.of(OWN))))
 
     def before(self, level: int) -> Trial:
-        """The run whose strain a refined one of a level takes."""
+        """The run whose strain is used for refinement to a level."""
         return next(t for t in self.of(REFINED if level > LEVELS[0] else OWN) if t.level == level - 1)
 
     def foretold(self, method: Method) -> float:
-        """CPU seconds that the next run of a method will take, no less than noise; those of the deck's own method where it has none."""
+        """Predicted CPU seconds of the next run of a method, at least the resolution of the timing; those of the method of the deck if it has no run."""
         known = [t for t in self.of(method) if t.good] or [t for t in self.trials if t.good and t.steps == 1]
         if not known:
             return 0.0
@@ -199,16 +199,16 @@ class Search:
         return max(NOISE, last.seconds * (2 ** dimension(self.deck) * GROWTH) ** ((level or 0) - last.level))
 
     def try_one(self, method: Method, level: int, steps: int) -> None:
-        """Run one variant and keep what it told."""
+        """Run one variant and store its result."""
         if method == REFINED:
             changed = refined(self.deck, level, self.wish.root / self.before(level).name / "results")
             if changed is self.deck:
-                self.trials.append(Trial(method.label, level, steps, "", reason="nothing has sheared"))
+                self.trials.append(Trial(method.label, level, steps, "", reason="no shear strain for refinement"))
                 self.tell(self.trials[-1], self.spent)
                 return
         else:
             gridded = at_level(self.deck, level)
-            assert gridded is not None, "levels are those that exist"
+            assert gridded is not None, "only existing levels"
             changed = with_method(gridded, method)
         text = (with_steps(changed, steps) if steps > 1 else changed).text()
         left = self.wish.budget - self.spent
@@ -218,27 +218,27 @@ class Search:
         self.tell(trial, self.spent)
 
     def go(self, close_enough: Callable[[Sequence[Trial]], float]) -> None:
-        """Search; `close_enough` tells the seconds of the cheapest run that is close enough, infinite without one."""
+        """Search; `close_enough` returns the seconds of the cheapest sufficiently accurate run, infinite without one."""
         while True:
             waiting = [m for m in self.methods if self.next_level(m) is not None]
             if not waiting:
-                self.ending = "every grid was run"
+                self.ending = "all grids have been run"
                 break
             limit = (1.0 - KEPT_FOR_STEPS) * self.wish.budget - self.spent
             held = [m for m in waiting if self.foretold(m) <= limit]
             method = min(held or waiting, key=lambda m: (not self.goes_first(m), self.foretold(m), self.next_level(m)))
             cost = self.foretold(method)
             if cost > close_enough(self.trials):
-                self.ending = "no run that is left could be cheaper than the choice"
+                self.ending = "no remaining run could be cheaper than the selected one"
                 break
             if not held:
-                self.ending = f"the budget of {self.wish.budget:.0f} s does not hold the next run (about {cost:.0f} s)"
+                self.ending = f"the budget of {self.wish.budget:.0f} s does not suffice for the next run (about {cost:.0f} s)"
                 break
             self.try_one(method, self.next_level(method) or 0, 1)
         self.double_steps()
 
     def double_steps(self) -> None:
-        """Twice the steps, on the finest grid whose double the budget holds, by the method whose run that was."""
+        """Twice the number of steps, on the finest grid for which the budget suffices, with the method of that run."""
         good = [t for t in self.trials if t.good and t.steps == 1]
         for trial in sorted(good, key=lambda t: (-t.level, t.seconds)):
             if self.spent + 2.2 * trial.seconds <= self.wish.budget:

@@ -1,6 +1,6 @@
-"""Factors below 1: ground that does not stand as drawn slides to a shape that does, and the program finds the factor of that shape.
+"""Factors below 1: ground that is not stable in its initial geometry deforms to a stable shape, and the program finds the factor of that shape.
 
-With twice the strength it stands, and half of the factor that is then found is that of the ground as it was drawn (docs/methods/safety.md).
+With twice the strength it is stable, and half of the resulting factor is that of the ground in its initial geometry (docs/methods/safety.md).
 """
 
 from __future__ import annotations
@@ -12,30 +12,30 @@ from pathlib import Path
 from qsmpm_verify.study.cards import items, plain
 
 STRONGER = 2.0
-"""What c and tan phi are multiplied by."""
-GAVE_WAY = "the ground gave way, and came to rest in another shape"
-"""What the program says where it looks for the factor of ground that did not stand."""
+"""Factor on c and tan phi."""
+GAVE_WAY = "the ground failed under the loads of earlier phases and found equilibrium"
+"""Message of the program when it searches the factor of ground that was not stable."""
 OTHER_STRENGTHS = {
     "CAM CLAY", "HARDENING SOIL", "USER MATERIAL", "STRENGTH PROFILE", "FIELD OF VALUES", "SOFTENING", "DRUCKER PRAGER", "HOEK BROWN", "CONTACT", "NGI ADP",
     "SOFT SOIL CREEP",
 }  # fmt: skip
-"""Cards that hold a strength which is not multiplied here."""
+"""Keywords of strengths that are not multiplied here."""
 
 
 PUSHES = re.compile(r"^\*(PRESCRIBE|MOVE|LOAD|CONTRACTION)\b", re.MULTILINE | re.IGNORECASE)
-"""Cards by which soil is sheared on purpose: the factor that follows is of what the push has left."""
+"""Keywords that shear the soil intentionally: the factor that follows is that of the remaining strength."""
 
 
 def gave_way(folder: Path, text: str) -> bool:
-    """Whether the ground of a run of this deck gave way under its own loads before its factor was looked for."""
+    """Whether the ground of a run of this deck failed under its own loads before its factor was searched."""
     log = folder / "job.log"
     return not PUSHES.search(text) and log.is_file() and GAVE_WAY in log.read_text(encoding="utf-8", errors="replace")
 
 
 def stronger(text: str) -> str:
-    """A deck of twice the strength; empty where it has strengths that are none of Mohr and Coulomb.
+    """A deck with twice the strength; empty if it has strengths other than Mohr-Coulomb.
 
-    Flow that goes with the friction does so still, other flow stays, as in the search for a factor.
+    Associated flow remains associated, other flow is unchanged, as in the search for a factor.
     """
     lines, keyword = [], ""
     for line in text.split("\n"):

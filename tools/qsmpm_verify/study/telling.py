@@ -1,4 +1,4 @@
-"""What a study tells: tables, the drawing of error over cost, figures.json and the deck of the choice."""
+"""Output of a study: tables, the chart of error against cost, figures.json and the deck of the selected run."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from qsmpm_verify.study.search import Search, Trial, Wish
 
 
 def grid_text(trial: Trial) -> str:
-    """Cells along an axis over those of the deck: 2x, or 1/2."""
+    """Number of cells along an axis relative to the deck: 2x, or 1/2."""
     return f"{2**trial.level}x" if trial.level >= 0 else f"1/{2**-trial.level}"
 
 
 def run_rows(trials: Sequence[Trial], answer: Answer | None, choice: Trial | None) -> list[list[str]]:
-    """A row a run."""
+    """One row for each run."""
     return [
         [t.method, grid_text(t), f"{t.steps}x", f"{t.figure:.6g}" if t.good else "-",
          f"{answer.error(t):.2e}" if answer and t.good else "-", f"{t.seconds:.3g}" if t.good else "-",
@@ -35,7 +35,7 @@ RUN_HEADER = ["method", "grid", "steps", "figure", "error", "CPU s", "note"]
 
 
 def band_rows(trials: Sequence[Trial]) -> list[list[str]]:
-    """A row a method with two grids or more: where its figures go."""
+    """One row for each method with two or more grids: the limit of its results."""
     return [
         [method, *([f"{b.value:.6g}", f"{b.half:.2g}", b.note] if b else ["-", "-", "does not converge on these grids"])]
         for method, b in bands_by_method(trials).items()
@@ -43,26 +43,26 @@ def band_rows(trials: Sequence[Trial]) -> list[list[str]]:
 
 
 def said(search: Search, answer: Answer | None, choice: Trial | None, warnings: Sequence[str]) -> list[str]:
-    """The sentences below the tables: the answer first."""
+    """The sentences below the tables, beginning with the result."""
     wish = search.wish
     lines = []
     if answer is None:
-        lines.append(f"{wish.history}: no answer: no method converges on the grids that were run")
+        lines.append(f"{wish.history}: no result: no method converges on the grids that were run")
     else:
         lines.append(f"{wish.history} = {answer.value:.6g} +- {answer.half:.2g} ({100 * answer.share:.2g} %), of which "
-                     f"{answer.grids:.2g} by grids" + ("" if answer.steps is None else
-                     f"; twice the steps change it by {answer.steps:.2g}"))
+                     f"{answer.grids:.2g} from the grids" + ("" if answer.steps is None else
+                     f"; doubling the steps changes it by {answer.steps:.2g}"))
         lines += list(answer.notes)
     if choice is not None:
         lines.append(f"cheapest within {100 * wish.target:g} %: {choice.method}, grid {grid_text(choice)}, steps "
                      f"{choice.steps}x: {choice.seconds:.3g} CPU s")
     else:
-        lines.append(f"no run is within {100 * wish.target:g} % for certain; a wider --target or a larger --budget may help")
-    return [*lines, *(f"note: {w}" for w in warnings), f"ended: {search.ending}; {search.spent:.0f} s were spent"]
+        lines.append(f"no run is reliably within {100 * wish.target:g} %; a larger --target or a larger --budget may help")
+    return [*lines, *(f"note: {w}" for w in warnings), f"ended: {search.ending}; {search.spent:.0f} s were used"]
 
 
 def draw_study(trials: Sequence[Trial], answer: Answer, choice: Trial | None, wish: Wish, title: str, path: Path) -> Path:
-    """Error over CPU seconds, a line a method; errors below the band of the answer are not told apart from it."""
+    """Error against CPU seconds, one line for each method; errors below the band of the result cannot be distinguished from it."""
     figure, axes = plt.subplots(figsize=(8.6, 4.8))
     good = [t for t in trials if t.good]
     least = max(answer.share, 1e-12)
@@ -88,14 +88,14 @@ def draw_study(trials: Sequence[Trial], answer: Answer, choice: Trial | None, wi
     set_ticks(axes.yaxis, *axes.get_ylim())
     axes.set_xlabel("CPU time of one core [s]")
     axes.set_ylabel(f"error of {wish.history} [-]")
-    axes.set_title(f"{title}: {wish.history} = {answer.value:.5g} ± {answer.half:.2g}. Grey: closer than this answer is known; "
-                   "dashed: the target; ring: the choice", fontsize=9, loc="left")
+    axes.set_title(f"{title}: {wish.history} = {answer.value:.5g} ± {answer.half:.2g}. Grey: below the uncertainty of the result; "
+                   "dashed: the target; ring: the selected run", fontsize=9, loc="left")
     axes.grid(alpha=0.3, which="both", lw=0.5)
     return save(figure, path)
 
 
 def write_figures(search: Search, answer: Answer | None, choice: Trial | None, lines: Sequence[str], path: Path) -> None:
-    """figures.json: everything that was told, for other programs."""
+    """figures.json: all output for other programs."""
     rows = [{k: v for k, v in asdict(t).items() if k != "deck" and v == v} for t in search.trials]
     content = {
         "deck": str(search.deck.path), "history": search.wish.history, "at": search.wish.place,
@@ -106,11 +106,11 @@ def write_figures(search: Search, answer: Answer | None, choice: Trial | None, l
 
 
 def tell_study(search: Search, answer: Answer | None, choice: Trial | None, warnings: Sequence[str]) -> None:
-    """Print and write everything."""
+    """Print and write all output."""
     wish, name = search.wish, search.deck.path.stem
     lines = said(search, answer, choice, warnings)
     print(table(RUN_HEADER, run_rows(search.trials, answer, choice)) + "\n")
-    print(table(["method", "goes to", "+-", "as"], band_rows(search.trials)) + "\n")
+    print(table(["method", "limit", "+-", "as"], band_rows(search.trials)) + "\n")
     print("\n".join(lines))
     wish.root.mkdir(parents=True, exist_ok=True)
     write_figures(search, answer, choice, lines, wish.root / "figures.json")

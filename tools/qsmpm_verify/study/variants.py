@@ -1,8 +1,8 @@
-"""The same scene on a finer or coarser grid, by another method, or in more steps.
+"""The same scene on a finer or coarser grid, with another method, or with more steps.
 
-A grid of level k has 2**k times as many cells along every axis as the deck's own, at the same grading; an axis of one
-cell (the width of a column, the thickness of a slice) keeps its one cell. Levels go down as far as every number of
-cells can be halved and every line that a node set stands on stays a line of the grid.
+A grid of level k has 2**k times as many cells along every axis as that of the deck, with the same grading; an axis of one
+cell (the width of a column, the thickness of a slice) keeps its single cell. Levels decrease as long as every number of
+cells can be halved and every line with a node set remains a grid line.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ FINEST_LEVEL = 4
 
 @dataclass(frozen=True)
 class Method:
-    """A method as cards would say it; the deck's own has no words."""
+    """A method by its keywords; that of the deck has none."""
 
     label: str
     words: tuple[tuple[str, str], ...] = ()
     element: str = ""
 
 
-OWN = Method("as the deck says")
+OWN = Method("as in the deck")
 PLANE_METHODS = (
     Method("SPLINE2G CELL", (("BASIS", "SPLINE2G"), ("INTEGRATION", "CELL")), "QUAD4"),
     Method("SPLINE2 CELL", (("BASIS", "SPLINE2"), ("INTEGRATION", "CELL")), "QUAD4"),
@@ -51,7 +51,7 @@ METHOD_WORDS = ("BASIS", "INTEGRATION", "STABILISATION", "FACTOR")
 
 
 def methods_of(deck: Deck) -> list[Method]:
-    """The deck's own method and those worth trying beside it; a mesh file or elements in the deck allow no other."""
+    """The method of the deck and useful alternatives; a deck with a mesh file or elements allows no other."""
     grid, own = deck.find("GRID"), deck.find("METHOD")
     if grid is None:
         return [OWN]
@@ -63,13 +63,13 @@ def methods_of(deck: Deck) -> list[Method]:
 
 
 def is_plane(deck: Deck, grid: Card) -> bool:
-    """Whether the cells of a grid are those of a plane, named or not."""
+    """Whether the cells of a grid are plane, with or without an element name."""
     element = grid.value("ELEMENT")
     return element in PLANE_ELEMENTS or (element is None and len(axis_lines(deck, "Z")) == 0)
 
 
 def same_method(method: Method, grid: Card, own: Card | None) -> bool:
-    """Whether the deck says this method already; a deck that names no basis has the recommended one, the first of each list."""
+    """Whether the deck uses this method already; a deck without a basis has the recommended one, the first of each list."""
     if grid.value("ELEMENT") != method.element:
         return False
     if own is None or own.value("BASIS") in (None, "AUTO"):
@@ -78,7 +78,7 @@ def same_method(method: Method, grid: Card, own: Card | None) -> bool:
 
 
 def with_method(deck: Deck, method: Method) -> Deck:
-    """The deck by another method, with the points that method asks for; the kinematics stay."""
+    """The deck with another method and the points it requires; the kinematics are unchanged."""
     grid = deck.find("GRID")
     if not method.words or grid is None:
         return deck
@@ -104,7 +104,7 @@ def _rows(grid: Card) -> dict[str, list[list[str]]]:
 
 
 def _piece(row: list[str], where: str) -> np.ndarray:
-    """Lines of one data line of a grid."""
+    """Grid lines of one data line of a grid."""
     try:
         if row[1].upper() == "LINES":
             return np.array([float(v.lower().replace("d", "e")) for v in row[2:]])
@@ -113,18 +113,18 @@ def _piece(row: list[str], where: str) -> np.ndarray:
         powers = ratio ** (np.arange(count) / max(count - 1, 1))
         return first + (last - first) * np.concatenate([[0.0], np.cumsum(powers) / powers.sum()])
     except (ValueError, IndexError):
-        raise Trouble(f"{where}: a line of *GRID that is none: {', '.join(row)}") from None
+        raise Trouble(f"{where}: an invalid data line of *GRID: {', '.join(row)}") from None
 
 
 def axis_lines(deck: Deck, axis: str) -> np.ndarray:
-    """Lines of the grid along an axis."""
+    """Grid lines along an axis."""
     grid = deck.find("GRID")
     rows = _rows(grid).get(axis, []) if grid else []
     return np.unique(np.concatenate([_piece(row, str(deck.path)) for row in rows])) if rows else np.zeros(0)
 
 
 def _scaled_row(row: list[str], level: int, where: str) -> list[str] | None:
-    """A data line of a grid at a level; none where it cannot be halved."""
+    """A data line of a grid at a level; None if it cannot be halved."""
     lines = _piece(row, where)
     if row[1].upper() != "LINES":
         scaled = int(row[3]) * 2**level if level >= 0 else int(row[3]) / 2**-level
@@ -140,7 +140,7 @@ def _scaled_row(row: list[str], level: int, where: str) -> list[str] | None:
 
 
 def at_level(deck: Deck, level: int) -> Deck | None:
-    """The deck on the grid of a level; none where there is no such grid."""
+    """The deck on the grid of a level; None if there is no such grid."""
     grid = deck.find("GRID")
     if grid is None or level == 0:
         return deck if level == 0 else None
@@ -160,7 +160,7 @@ def at_level(deck: Deck, level: int) -> Deck | None:
 
 
 def _keeps_sets(deck: Deck, coarse: Deck) -> bool:
-    """Whether a coarser grid has the lines that node sets stand on, and cells enough along every axis."""
+    """Whether a coarser grid has the lines with node sets, and enough cells along every axis."""
     for axis in "XYZ":
         own, left = axis_lines(deck, axis), axis_lines(coarse, axis)
         if len(own) > 2 and len(left) - 1 < FEWEST_CELLS:
@@ -172,12 +172,12 @@ def _keeps_sets(deck: Deck, coarse: Deck) -> bool:
 
 
 def _near(lines: np.ndarray, place: float) -> bool:
-    """Whether a place is on a line."""
+    """Whether a coordinate is on a grid line."""
     return bool(len(lines)) and bool(np.min(np.abs(lines - place)) <= 1e-6 * (lines[-1] - lines[0]))
 
 
 def _places_of_sets(deck: Deck, axis: str) -> list[float]:
-    """Coordinates along an axis that node sets name by planes and boxes."""
+    """Coordinates along an axis named in node sets by planes and boxes."""
     found: list[float] = []
     for card in deck.all("NSET"):
         rows = card.data()
@@ -196,10 +196,10 @@ BRACKET, NARROWEST = 0.005, 1e-4
 
 
 def with_steps(deck: Deck, factor: int) -> Deck:
-    """Every phase in so many times the steps; steps by their error take the share that belongs to it.
+    """Every phase with a multiple of the steps; a tolerance of the step error is changed accordingly.
 
-    A search for a factor of safety has no steps of its own: its bracket becomes narrower by the factor. Its STEPS are those of
-    the run-out, where there is one.
+    A search for a factor of safety has no steps: its bracket is reduced by the factor instead. Its STEPS are those of
+    the run-out, if there is one.
     """
     cards: list[Card] = []
     for phase in _phases(deck.cards):
@@ -208,7 +208,7 @@ def with_steps(deck: Deck, factor: int) -> Deck:
 
 
 def _phases(cards: Sequence[Card]) -> list[list[Card]]:
-    """The cards cut before each *PHASE; those of the model come first."""
+    """The keywords grouped by *PHASE; those of the model are first."""
     parts: list[list[Card]] = []
     for card in cards:
         if card.keyword == "PHASE" or not parts:
@@ -218,7 +218,7 @@ def _phases(cards: Sequence[Card]) -> list[list[Card]]:
 
 
 def _stepped(phase: list[Card], factor: int) -> list[Card]:
-    """A phase in so many times the steps; the cards of the model as they are."""
+    """A phase with a multiple of the steps; the keywords of the model are unchanged."""
     cards = [_more_steps(card, factor) if card.keyword == "CONTROLS" else card for card in phase]
     if phase[0].keyword == "PHASE" and all(card.keyword != "CONTROLS" for card in phase):
         end = next((i for i, card in enumerate(phase) if card.keyword == "END PHASE"), len(phase))
@@ -227,14 +227,14 @@ def _stepped(phase: list[Card], factor: int) -> list[Card]:
 
 
 def _more_steps(controls: Card, factor: int) -> Card:
-    """*CONTROLS of so many times the steps."""
+    """*CONTROLS with a multiple of the steps."""
     card = controls.with_value("STEPS", str(factor * int(controls.value("STEPS") or 10)))
     share = float(controls.value("STEP ERROR") or 0.0)
     return card.with_value("STEP ERROR", f"{share / factor**2:.6g}") if share > 0 else card
 
 
 def _searched(phase: list[Card], factor: int) -> list[Card]:
-    """A safety phase with a narrower bracket; its run-out in so many times the steps."""
+    """A safety phase with a narrower bracket; its run-out with a multiple of the steps."""
     own = next((card for card in phase if card.keyword == "SAFETY"), None)
     safety = own or Card("SAFETY")
     width = max(float(safety.value("TOLERANCE") or BRACKET) / factor, NARROWEST)
@@ -244,13 +244,13 @@ def _searched(phase: list[Card], factor: int) -> list[Card]:
 
 
 def dimension(deck: Deck) -> int:
-    """Axes of the grid with more than one cell; 2 where there is no grid."""
+    """Axes of the grid with more than one cell; 2 without a grid."""
     counted = sum(len(axis_lines(deck, axis)) > 2 for axis in "XYZ")
     return counted or 2
 
 
 def levels_of(deck: Deck) -> list[int]:
-    """Levels of grids from the coarsest that keeps the scene."""
+    """Levels of grids from the coarsest one that preserves the scene."""
     if deck.find("GRID") is None:
         return [0]
     down = []

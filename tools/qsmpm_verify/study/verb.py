@@ -1,4 +1,4 @@
-"""Words of `study`: DECK, --history, --at, --target, --budget."""
+"""Arguments of `study`: DECK, --history, --at, --target, --budget."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb."""
-    verb = verbs.add_parser("study", help="your own deck over grids, methods and steps: the answer, its error, what it costs")
-    verb.add_argument("deck", type=Path, help="a deck that runs")
-    verb.add_argument("--history", required=True, metavar="NAME", help="column of curves.csv that is asked for")
-    verb.add_argument("--at", choices=("last", "max", "min"), default="last", help="where it is read (default last)")
-    verb.add_argument("--target", type=share, default=0.01, metavar="1%%", help="error that is close enough (default 1%%)")
-    verb.add_argument("--budget", type=seconds, default=600.0, metavar="10min", help="time of all runs (default 10min)")
+    """Arguments of the subcommand."""
+    verb = verbs.add_parser("study", help="run a deck with several grids, methods and steps: result, error and cost")
+    verb.add_argument("deck", type=Path, help="deck")
+    verb.add_argument("--history", required=True, metavar="NAME", help="requested column of curves.csv")
+    verb.add_argument("--at", choices=("last", "max", "min"), default="last", help="position at which it is read (default last)")
+    verb.add_argument("--target", type=share, default=0.01, metavar="1%%", help="target error (default 1%%)")
+    verb.add_argument("--budget", type=seconds, default=600.0, metavar="10min", help="time budget of all runs (default 10min)")
     verb.add_argument("--out", type=Path, help="folder of the runs (default output/study/DECK)")
-    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
-    verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="program to run")
+    verb.add_argument("--fresh", action="store_true", help="repeat runs that are already available")
     verb.set_defaults(act=act)
 
 
@@ -37,7 +37,7 @@ def share(word: str) -> float:
     hit = re.fullmatch(r"([\d.]+(?:[eE]-?\d+)?)\s*(%?)", word.strip())
     value = float(hit[1]) * (0.01 if hit[2] else 1.0) if hit else 0.0
     if not 0.0 < value < 1.0:
-        raise argparse.ArgumentTypeError(f"'{word}' is no share such as 1% or 0.01")
+        raise argparse.ArgumentTypeError(f"'{word}' is not a fraction such as 1% or 0.01")
     return value
 
 
@@ -45,20 +45,20 @@ def seconds(word: str) -> float:
     """90s, 10min, 2h or a number of seconds."""
     hit = re.fullmatch(r"([\d.]+)\s*(s|min|h)?", word.strip())
     if not hit or float(hit[1]) <= 0.0:
-        raise argparse.ArgumentTypeError(f"'{word}' is no time such as 90s, 10min or 2h")
+        raise argparse.ArgumentTypeError(f"'{word}' is not a time such as 90s, 10min or 2h")
     return float(hit[1]) * SECONDS[hit[2] or "s"]
 
 
 def tell_run(trial: Trial, spent: float) -> None:
-    """A line a run while they go on."""
+    """One line for each run during the search."""
     told = f"{trial.figure:.6g}, {trial.seconds:.3g} CPU s" if trial.good else trial.reason[:100]
-    print(f"{trial.method}, grid {grid_text(trial)}, steps {trial.steps}x: {told} ({spent:.0f} s spent)", file=sys.stderr)
+    print(f"{trial.method}, grid {grid_text(trial)}, steps {trial.steps}x: {told} ({spent:.0f} s used)", file=sys.stderr)
 
 
 def act(words: argparse.Namespace) -> int:
-    """Search, judge, tell; exit code 1 when no run is within the target, 3 when none has a figure."""
+    """Search, assess, report; exit code 1 if no run is within the target, 3 if none has a result."""
     if not words.program.is_file():
-        raise Trouble(f"{words.program} is not there: build it first (tools/test or cmake --build build)")
+        raise Trouble(f"{words.program} not found: build it first (tools/test or cmake --build build)")
     deck = read_deck(words.deck)
     root = words.out or Path("output") / "study" / words.deck.stem
     wish = Wish(words.history, words.at, words.target, words.budget, words.program.resolve(), root, words.fresh)
@@ -66,7 +66,7 @@ def act(words: argparse.Namespace) -> int:
     search.go(lambda trials: seconds_of_choice(trials, wish.target))
     if not any(t.good for t in search.trials):
         first = search.trials[0].reason if search.trials else search.ending
-        raise RunFailed(f"{words.deck}: no run of it gave a figure; the first says: {first}")
+        raise RunFailed(f"{words.deck}: no run gave a result; message of the first: {first}")
     answer = answer_of(search.trials)
     note, bounds = note_of(deck, wish.history == FACTOR, answer.value if answer else None, wish.history)
     answer = within_bounds(answer, bounds)

@@ -78,7 +78,7 @@ class Deformed(unittest.TestCase):
     def test_what_cannot_be_moved_is_refused(self) -> None:
         write_run(self.folder)
         for deck, words, told in (
-            (CUT, ("--step", "1"), "--run DIR"), (CUT, ("--run", str(self.folder), "--step", "7"), "step 7 is not there"),
+            (CUT, ("--step", "1"), "--run DIR"), (CUT, ("--run", str(self.folder), "--step", "7"), "step 7 not found"),
             (CUT.replace("*GRAVITY", "*RESET DISPLACEMENTS\n*GRAVITY"), ("--run", str(self.folder)), "RESET DISPLACEMENTS"),
         ):
             (self.folder / "cut.inp").write_text(deck)

@@ -87,25 +87,25 @@ class Flows(unittest.TestCase):
         # k_r upwards differs between the two by half a cell's suction (docs/methods/seepage.md): 0.050 kPa of the 39 that the lake falls.
         self.assertAlmostEqual(ever, steady, delta=0.06)
         berm = FALLS.replace("*HISTORY, NAME=crest_x", "*BODY, NAME=berm, MATERIAL=fill, SHAPE=BOX, ACTIVE=NO\n36, 38, 2, 3\n*HISTORY, NAME=crest_x")
-        with self.assertRaisesRegex(RunFailed, "flows on from other bodies"):
+        with self.assertRaisesRegex(RunFailed, "flow continues from one through other bodies"):
             self.scene(berm.replace("*RESET DISPLACEMENTS", "*ACTIVATE\nberm")).after.water[""].at(np.zeros((1, 2)))  # type: ignore[union-attr]
 
     def test_heads_of_the_program_are_told_as_such(self) -> None:
         _, said = self.ask(DAM, "--triangles", "60", "--passes", "0")
-        self.assertIn("pore pressures of the flow that the program finds", said)
+        self.assertIn("pore pressures of the flow computed by the program", said)
         self.assertNotIn("pore pressures", self.ask(SLOPE, "--factor", "--triangles", "60", "--passes", "0")[1])
         self.scene(DAM.replace("12, 28, 0", "12, 28, 28"))
         with mock.patch("qsmpm_verify.bounds.verb.Search", lambda scene: Search(scene, 200, 0)):
             text, bounds = note_of(read_deck(self.folder / "scene.inp"), True, 2.0)
-        self.assertIn("water as it flows on the grid of the deck", text)
+        self.assertIn("with the flow computed on the grid of the deck", text)
         self.assertIsNone(bounds)
 
     def test_a_flow_that_is_not_found_is_told(self) -> None:
         berm = "*BODY, NAME=berm, MATERIAL=fill, SHAPE=POLYGON, ACTIVE=NO\n29, 5\n35, 2\n38, 2\n32, 5\n*HISTORY, NAME=crest_x"
         last = "*PHASE, NAME=berm\n*ACTIVATE\nberm\n{}*END PHASE\n*PHASE, NAME=factor full"
         for (before, after), code, word in (
-            (("lake, 7\nland, 2", "lake, 1\nland, 1"), 3, "phase 'impounded': the program finds no flow (exit code 2): *WATER LEVEL: every level lies below"),
-            (("*PHASE, NAME=factor full", last.format("")), 2, "phase 'berm' changes bodies that water flows through: repeat"),
+            (("lake, 7\nland, 2", "lake, 1\nland, 1"), 3, "phase 'impounded': the program found no flow (exit code 2): *WATER LEVEL: every level is below"),
+            (("*PHASE, NAME=factor full", last.format("")), 2, "phase 'berm' changes bodies with groundwater flow: repeat"),
         ):
             told = self.ask(DAM.replace("*HISTORY, NAME=crest_x", berm).replace(before, after))
             self.assertEqual(told[0], code, told[1])

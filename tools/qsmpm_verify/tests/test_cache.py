@@ -120,7 +120,7 @@ class Cache(unittest.TestCase):
                 cases, self.program, self.folder / "out", 2, lambda r: progress.tell(r.case.name, 0.0, r.reused)
             )
         self.assertEqual(sorted(runs), ["f/0", "f/1", "f/2"])
-        self.assertEqual(out.getvalue().count("there already"), 3)
+        self.assertEqual(out.getvalue().count("already available"), 3)
         self.assertEqual(len(out.getvalue().splitlines()), 6)
 
 

@@ -129,7 +129,7 @@ class Studies(unittest.TestCase):
         with mock.patch.object(points, "PASSES", range(1)):
             self.assertLess(points.bound_points(half, self.folder)[0].points[0][1], 0.3)
         self.assertEqual(points.bound_points(replace(study, bounds=0.0), self.folder), [])
-        with self.assertRaisesRegex(Trouble, "against a function"):
+        with self.assertRaisesRegex(Trouble, "require a function as reference"):
             points.bound_points(replace(study, error=replace(study.error, reference=1.0)), self.folder)
 
     def test_runs_give_errors_seconds_and_reasons(self) -> None:
@@ -181,12 +181,12 @@ class Studies(unittest.TestCase):
     def test_wrong_files_are_told_in_a_sentence(self) -> None:
         for old, new, text in (
             ('size = "cells"', "", "'size' is missing"),
-            ("{n = 9", "{n = 1.5", "sizes grow"),
-            ('label = "fails"', 'label = "one"', "two runs have one name|sizes"),
+            ("{n = 9", "{n = 1.5", "sizes must increase"),
+            ('label = "fails"', 'label = "one"', "two runs have the same name|sizes"),
             ("[error]", "[error]\ntolerance = 1.0", "unknown key 'tolerance'"),
             ('caveat = "Another machine."', "", "name their caveat"),
             ("[[1, 0.5, 3.0]]", "[[1, 0.0, 3.0]]", "above zero"),
-            ('effort = "small"', 'effort = "tiny"', "effort is one of"),
+            ('effort = "small"', 'effort = "tiny"', "effort must be one of"),
             ('column = "y"', 'column = "y"\nmeasure = "z"', "either a column"),
         ):
             self.path.write_text(STUDY.replace(old, new))
@@ -225,7 +225,7 @@ class Studies(unittest.TestCase):
         self.path.write_text(text.replace('["N", "{n}"]', '["N", "7"]').replace("{n = 1,", "{n = 1.0,"))
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             self.assertEqual(main(words), 3)
-        self.assertIn("no run of it gave a figure", err.getvalue())
+        self.assertIn("no run gave a result", err.getvalue())
 
 
 class Named(unittest.TestCase):

@@ -37,7 +37,7 @@ class Units(unittest.TestCase):
         self.assertIn("factor of 1000", mismatch("MPa", "kPa"))
         self.assertIn("different kinds", mismatch("m", "kPa"))
         self.assertIn("furlong", mismatch("m", "furlong"))
-        self.assertIn("no unit of [stress]", wrong_kind("m", "stress"))
+        self.assertIn("not a unit of [stress]", wrong_kind("m", "stress"))
         self.assertEqual(wrong_kind("kN/m2", "stress"), "")
         self.assertEqual(wrong_kind("kN/m3", "force/volume"), "")
 
@@ -113,14 +113,14 @@ class Curve(unittest.TestCase):
         self.assertEqual(out.splitlines()[1:4], ["end        8 at strain = 0.5", "least      2.5 at strain = 0.2",
                                                  "largest    8 at strain = 0.5"])
         self.assertIn("-stress [kPa]", picture.read_text())
-        self.refused("want --against", "--tolerance", "0.1")
+        self.refused("require --against", "--tolerance", "0.1")
 
     def test_a_phase_is_named_as_the_deck_names_it(self) -> None:
         self.curves.write_text("phase,step,load_factor,strain [-],stress [kPa]\n1,1,1,0.2,-2.5\n2,2,2,0.5,-8\n")
         (self.run_folder / "summary.json").write_text('{"phases": [{"name": "rest"}, {"name": "push"}]}')
         self.assertIn("end        -2.5", self.call("--phase", "rest", "--y", "stress")[1])
         self.assertIn("end        -8", self.call("--phase", "push", "--y", "stress")[1])
-        self.refused("no phase 'pull'; there are rest, push", "--phase", "pull")
+        self.refused("no phase 'pull'; available are rest, push", "--phase", "pull")
         out = self.folder / "phase.svg"
         self.assertEqual(main(["plot", str(self.run_folder), "--phase", "push", "--y", "stress", "--out", str(out)]), 0)
         # Over the load factor, which begins anew, a line a phase; over another column one line.
@@ -160,28 +160,28 @@ class Curve(unittest.TestCase):
         self.refused("differ by a factor of 0.001", *words)
         self.assertIn("rms error", self.call(*words, "--scale", "0.001")[1])
         self.curves.write_text("phase,step,load_factor,strain [-],push [m]\n1,1,1,0.2,2.5\n")
-        self.refused("no unit of [stress]", "--against", "function:van_langen(strain=strain)")
+        self.refused("not a unit of [stress]", "--against", "function:van_langen(strain=strain)")
 
     def test_an_unfinished_run_is_refused_unless_taken_as_it_is(self) -> None:
         (self.run_folder / "job.log").write_text("phase 1/1 a, load factor 2\nqsmpm: not converged\n")
-        self.refused("did not come to its end (qsmpm: not converged)", *self.FORMULA)
+        self.refused("did not finish (qsmpm: not converged)", *self.FORMULA)
         self.assertEqual(self.call(*self.FORMULA, "--unfinished")[0], 0)
 
     def test_a_finish_before_the_last_step_does_not_count(self) -> None:
         (self.run_folder / "job.log").write_text("qsmpm: finished\nphase 1/1 a, load factor 2\n")
-        self.refused("did not come to its end", *self.FORMULA)
+        self.refused("did not finish", *self.FORMULA)
 
     def test_cut_files_missing_files_and_wrong_names_are_told_in_one_sentence(self) -> None:
         whole = self.curves.read_text()
         self.curves.write_text(whole[:-3])
-        self.refused("the last line is cut", *self.FORMULA)
+        self.refused("the last line is incomplete", *self.FORMULA)
         self.curves.write_text(whole + "1,3,3\n")
         self.refused("3 values under 5 headings", *self.FORMULA)
         self.curves.write_text(whole + "1,3,3,nan,1\n")
-        self.refused("row 3 is no finite number", *self.FORMULA)
+        self.refused("row 3 is not a finite number", *self.FORMULA)
         self.curves.write_text(whole)
         self.refused("no column of numbers 'nowhere'", *self.FORMULA, "--x", "nowhere")
-        self.refused("no function 'nobody'", "--against", "function:nobody(x=1)")
+        self.refused("unknown function 'nobody'", "--against", "function:nobody(x=1)")
         self.refused("no value of strain", "--against", "function:van_langen(modulus=1)")
         self.refused("not one of its arguments", "--against", "function:van_langen(stran=strain)")
         self.refused(
@@ -199,9 +199,9 @@ class Curve(unittest.TestCase):
         table = self.folder / "t.csv"
         words = ("--against", str(table), "--x", "strain", "--y", "stress")
         table.write_text("strain [-],stress [kPa]\n0,0\n0,1\n1,2\n")
-        self.refused("one twice", *words)
+        self.refused("a repeated value", *words)
         table.write_text("strain [-],stress [kPa]\n5,0\n6,1\n")
-        self.refused("lies inside of it", *words)
+        self.refused("is within its range", *words)
 
 
 if __name__ == "__main__":

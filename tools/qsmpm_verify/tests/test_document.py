@@ -135,9 +135,9 @@ class Report(unittest.TestCase):
         self.assertRegex(page, r'<use data-tip="theirs: error 5.00e-01, ')
         self.assertRegex(page, r'<g id="stability_field-0-0" data-tip="S1 A: pass')
         self.assertIn("name=viewport", page)
-        for word in ("qsmpm-verify chart s", "qsmpm-verify map", "qsmpm-verify run --effort quick", "3 figures of the"):
+        for word in ("qsmpm-verify chart s", "qsmpm-verify map", "qsmpm-verify run --effort quick", "3 results of the"):
             self.assertIn(word, page)
-        self.assertIn("3 figures of the verification cases held, 1 missed", said)
+        self.assertIn("3 results of the verification cases passed, 1 missed", said)
         # the case that missed stands in front, by name and class
         self.assertRegex(page.replace("\n", ""), r"<tr class=missed><td>c/off</td><td>y</td><td class=n>3</td>")
         self.assertLess(len(page), document.LARGEST)
@@ -148,7 +148,7 @@ class Report(unittest.TestCase):
         self.assertEqual(code, 3, said)
         page = (self.folder / "o" / "qsmpm_report.html").read_text()
         self.assertIn("This part is missing: ", page)
-        self.assertIn("Missing: No more model than the scene needs.", said)
+        self.assertIn("Missing: The smallest model of a scene.", said)
         for part in ("id=charts", "id=map", "id=cases"):
             self.assertIn(part, page)
 
@@ -157,7 +157,7 @@ class Report(unittest.TestCase):
         _, said = self.call()
         told = [line for line in said.splitlines() if re.match(r"\[\d", line)]
         self.assertTrue(told)
-        self.assertTrue(all(line.endswith("there already") for line in told), told)
+        self.assertTrue(all(line.endswith("already available") for line in told), told)
 
     def test_pictures_of_states_are_in_the_page(self) -> None:
         results = self.folder / "state"

@@ -61,8 +61,8 @@ class Effectivity(unittest.TestCase):
         ]  # fmt: skip
         self.assertEqual(
             counted(lines),
-            "2 of 4 stated mean errors lie within 0.5 and 2 of the true one; "
-            "2 of 3 stated largest errors lie within 0.5 and 2 of the true one",
+            "2 of 4 reported mean errors are between 0.5 and 2 times the true one; "
+            "2 of 3 reported largest errors are between 0.5 and 2 times the true one",
         )
         self.assertTrue(sizes(lines).endswith("quiet body: mean by up to 10 %, largest by up to 0.0 %"))
 

@@ -53,13 +53,13 @@ class Families(unittest.TestCase):
     def test_mistakes_are_told(self) -> None:
         for text, word in (
             ('name="a{m}"\neach=[{n=1}]\n', r"\{m\} is not in each"),
-            ('name="a{n}"\neach=[{n=1, m=2}]\n', "'m' of each is nowhere used"),
+            ('name="a{n}"\neach=[{n=1, m=2}]\n', "'m' of each is not used"),
             ('name="a{n}"\neach=[{n=1}, {m=1}]\n', "same words"),
             ('name="a{n}"\neach=[]\n', "at least one"),
-            ('name="a{n}"\neach=3\n', "list of tables"),
+            ('name="a{n}"\neach=3\n', "list of at least one table"),
             ('name="a{n}"\neach=[{n=true}]\n', "number or a text"),
             ('name="a{n}"\neach=[{n=[1]}]\n', "number or a text"),
-            ('name="a"\neach=[{n=1}, {n=2}]\nreplace=[["x", "{n}"]]\n', "apart"),
+            ('name="a"\neach=[{n=1}, {n=2}]\nreplace=[["x", "{n}"]]\n', "does not distinguish"),
         ):
             with self.subTest(text), self.assertRaisesRegex(CaseError, word):
                 load(HEAD + text)
@@ -101,13 +101,13 @@ class Comparisons(unittest.TestCase):
 
     def test_mistakes_are_told(self) -> None:
         for text, word in (
-            (ORDER + '{case="x/a"}\n', "order_from takes case and refinement"),
+            (ORDER + '{case="x/a"}\n', "order_from requires case and refinement"),
             (ORDER + '{case="x/a", refinement=1}\n', "above 1"),
             (ORDER + '{case="x/a", refinement="2"}\n', "above 1"),
-            (ORDER + '{case="x/a", refinement=2}\nat="every"\n', "one figure"),
+            (ORDER + '{case="x/a", refinement=2}\nat="every"\n', "one value"),
             (ORDER + '{case="x/a", refinement=2}\nreference=1.0\n', "at_least or at_most"),
             (ORDER + '{case="x/a", refinement=2}\ngrowth_from={case="x/a"}\n', "either"),
-            (QUANTITY + 'at_most=1\nreason="r"\ngrowth_from={case="x/a", refinement=2}\n', "growth_from takes case"),
+            (QUANTITY + 'at_most=1\nreason="r"\ngrowth_from={case="x/a", refinement=2}\n', "growth_from requires case"),
             (QUANTITY + 'growth_from={case="x/a"}\n', "print = true"),
         ):
             with self.subTest(text), self.assertRaisesRegex(CaseError, word):

@@ -110,7 +110,7 @@ class Judging(unittest.TestCase):
         missed = Finding("s", "mirror", "a", 0.03, 1e-8, False)
         self.assertTrue(metamorphic._marked(scene, missed).held)
         held = metamorphic._marked(scene, frames.replace(missed, held=True))
-        self.assertEqual((held.held, held.note), (False, "holds now: take the mark off"))
+        self.assertEqual((held.held, held.note), (False, "passes now: remove expected_to_fail"))
 
     def test_the_list_is_right_and_every_deck_is_there(self) -> None:
         scenes = load_scenes(METAMORPHIC / "scenes.toml")

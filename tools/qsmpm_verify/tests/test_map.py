@@ -124,7 +124,7 @@ class Map(unittest.TestCase):
         self.assertIn("fails silently: S1 C: 0.5", said)
         self.assertIn("3 pass, 1 degraded, 4 fails and says so, 5 fails silently", said)
         page = (self.folder / "page.md").read_text()
-        self.assertIn("| S1 T | 5.0e-04 | ! exit 3 | X 0.5 | ! 0.5 | ! no end |", page)
+        self.assertIn("| S1 T | 5.0e-04 | ! exit 3 | X 0.5 | ! 0.5 | ! not finished |", page)
         self.assertIn("<svg", (self.folder / "c" / "stability.svg").read_text()[:500])
 
     def test_strict_makes_a_silent_failure_a_miss(self) -> None:
@@ -180,8 +180,8 @@ class Map(unittest.TestCase):
 
     def test_wrong_files_are_told_in_a_sentence(self) -> None:
         for old, new, text in (
-            ("good = 0.01", "good = 0.2", "good is no larger"),
-            ("fair = 0.1", "", "needs good and fair"),
+            ("good = 0.01", "good = 0.2", "good must not exceed"),
+            ("fair = 0.1", "", "requires good and fair"),
             ('deck = "a.inp"', "", "a deck, or a command"),
             ("{method}", "{meth}", "meth"),
             ('id = "S1"', 'id = "S2"', "two tests"),

@@ -48,7 +48,7 @@ class Peers(unittest.TestCase):
         self.assertEqual(peer_points.peer_points("column", self.folder / "none.json"), [])
 
     def test_a_point_that_is_none_is_told(self) -> None:
-        for point, text in (({"label": "K"}, "has a label"), ({"label": "K", "error": 0, "seconds": 1}, "above zero")):
+        for point, text in (({"label": "K"}, "requires a label"), ({"label": "K", "error": 0, "seconds": 1}, "must be positive")):
             self.stored.write_text(json.dumps({"points": [{"study": "column", **point}]}))
             with self.assertRaisesRegex(Trouble, text):
                 peer_points.peer_points("column", self.stored)

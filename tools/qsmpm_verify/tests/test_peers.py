@@ -133,7 +133,7 @@ class Calculix(unittest.TestCase):
         self.assertIn("*STEP, NLGEOM, INC=10000", text)
         shear, bulk = 100 / 2.6, 100 / 1.2
         self.assertIn(f"*HYPERELASTIC, NEO HOOKE\n{shear / 2:.12G}, {2 / bulk:.12G}\n", text)
-        self.assertRaisesRegex(Trouble, "CPE6 is no element of 8", peers_calculix.input_text, confined(), "CPE6")
+        self.assertRaisesRegex(Trouble, "CPE6 is not an element with 8", peers_calculix.input_text, confined(), "CPE6")
         self.assertRaisesRegex(Trouble, "unknown law", peers_calculix.input_text, confined(), "", "OGDEN")
 
     def test_the_last_increment_is_read(self) -> None:
@@ -264,7 +264,7 @@ class Judging(unittest.TestCase):
         self.assertEqual(found.said, ("own: so",))
         without = judge_check(scene, scene.checks[0], self.outcomes(0.0))
         self.assertIs(without.held, False)
-        self.assertIn("water flows", without.note)
+        self.assertIn("with groundwater flow", without.note)
 
     def test_a_figure_is_judged_by_its_reference(self) -> None:
         scene = self.scene()
@@ -297,10 +297,10 @@ class Judging(unittest.TestCase):
 
     def test_scene_files_are_checked(self) -> None:
         for old, new, told in (
-            ('of = "own"\nagainst', 'of = "other"\nagainst', "no run 'other'"),
-            ('program = "calculix"', 'program = "ansys"', "program is one of"),
+            ('of = "own"\nagainst', 'of = "other"\nagainst', "unknown run 'other'"),
+            ('program = "calculix"', 'program = "ansys"', "program must be one of"),
             ('reason = "r"\n[[check]]', '[[check]]', "tolerance and reason"),
-            ('of = "own"\n[[check]]', 'of = "ccx"\n[[check]]', "a run of qsmpm"),
+            ('of = "own"\n[[check]]', 'of = "ccx"\n[[check]]', "an earlier run of qsmpm"),
             ('reference = 2.0\nquantity', 'reference = {function = "x"}\nquantity', "names a function"),
             ('note = "n"', 'note = "n"\nnotes = "n"', "unknown key"),
         ):  # fmt: skip
@@ -314,7 +314,7 @@ class Judging(unittest.TestCase):
             self.assertTrue(scene.deck.is_file(), scene.name)
             for point in scene.points:
                 self.assertTrue((TOP / "verification" / "studies" / f"{point.study}.toml").is_file(), point.study)
-        self.assertRaisesRegex(CaseError, "no scene", load_scenes, PEERS, TOP, ["nothing"])
+        self.assertRaisesRegex(CaseError, "unknown scene", load_scenes, PEERS, TOP, ["nothing"])
 
 
 class Verb(unittest.TestCase):

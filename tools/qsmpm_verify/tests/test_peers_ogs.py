@@ -41,7 +41,7 @@ class Water(unittest.TestCase):
 
     def test_flow_that_the_other_program_has_not_is_an_error(self) -> None:
         for old, new in (("STORAGE=0", "STORAGE=1e-5"), ("2e-5, 2e-5", "2e-5, 1e-5"), ("OPEN", "CLOSED")):
-            self.assertRaisesRegex(Trouble, "only one permeability", _flow, read_blocks(WATER.replace(old, new)), SQUARE)
+            self.assertRaisesRegex(Trouble, "only a single permeability", _flow, read_blocks(WATER.replace(old, new)), SQUARE)
 
 
 class Written(unittest.TestCase):

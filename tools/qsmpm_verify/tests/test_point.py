@@ -60,7 +60,7 @@ class Panels(unittest.TestCase):
         measured = self.table("time [s],q [kPa]\n0,0\n1,2\n", "lab.csv")
         code, text = call("point", str(self.folder), "--against", str(measured))
         self.assertEqual(code, 2)
-        self.assertIn("none of the pairs", text)
+        self.assertIn("none of the plotted pairs", text)
 
 
 class Command(unittest.TestCase):

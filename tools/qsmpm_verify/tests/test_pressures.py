@@ -51,7 +51,7 @@ class Pressures(unittest.TestCase):
         for theory in (str(self.folder / "theory.csv"),
                        "function:rankine_passive(depth=depth, unit_weight=10, cohesion=0, friction=0)"):
             told = self.told("--against", theory, "--csv", str(self.folder / "p.csv"))
-            self.assertIn("push       21", told)
+            self.assertIn("force      21", told)
             self.assertIn("theory     20 , computed +5.000%", told)
             self.assertIn("difference rms 1, largest 2", told)
         with (self.folder / "p.csv").open() as file:

@@ -1,4 +1,4 @@
-"""Bearing capacity against mechanisms, and the march of slip lines against a similarity solution."""
+"""Bearing capacity compared with mechanisms, and the integration along slip lines with a similarity solution."""
 
 import math
 import unittest

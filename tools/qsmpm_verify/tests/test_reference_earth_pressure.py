@@ -1,4 +1,4 @@
-"""Earth pressure on rough walls: the march of slip lines against the similarity solution, and bounds from both sides."""
+"""Earth pressure on rough walls: the integration along slip lines compared with the similarity solution, and bounds from both sides."""
 
 import math
 import unittest

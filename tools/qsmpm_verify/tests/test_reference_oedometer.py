@@ -16,7 +16,7 @@ def integrated(strain: float, young: float = 1.0, poisson: float = 0.0) -> np.nd
 
 
 def energy(stretches: tuple[float, float, float], young: float, poisson: float) -> float:
-    """Strain energy of the logarithmic law per unit of first volume."""
+    """Strain energy of the logarithmic law per unit of initial volume."""
     logarithms = np.log(stretches)
     return float(logarithms @ stiffness(young, poisson) @ logarithms / 2)
 

@@ -63,14 +63,14 @@ class Page(unittest.TestCase):
 class Arguments(unittest.TestCase):
     def test_figures_out_of_range_are_told_with_name_and_value(self):
         for call, words in (
-            (lambda: arguments.within("x", 2.0, 0.0, 1.0), "x = 2 must lie between 0 and 1"),
-            (lambda: arguments.between("x", 1.0, 0.0, 1.0), "x = 1 must lie strictly between 0 and 1"),
-            (lambda: arguments.positive(load=0.0), "load = 0 must lie strictly between 0 and inf"),
+            (lambda: arguments.within("x", 2.0, 0.0, 1.0), "x = 2 must be between 0 and 1"),
+            (lambda: arguments.between("x", 1.0, 0.0, 1.0), "x = 1 must be strictly between 0 and 1"),
+            (lambda: arguments.positive(load=0.0), "load = 0 must be strictly between 0 and inf"),
             (lambda: arguments.not_negative(load=-1.0), "load = -1 must not be negative"),
-            (lambda: arguments.poisson_ratio(0.5), "poisson = 0.5 must lie strictly between -1 and 0.5"),
-            (lambda: arguments.step_count(1.5), "steps = 1.5 must be a whole number"),
+            (lambda: arguments.poisson_ratio(0.5), "poisson = 0.5 must be strictly between -1 and 0.5"),
+            (lambda: arguments.step_count(1.5), "steps = 1.5 must be an integer"),
             (lambda: arguments.friction_angle("friction", 90.0), "friction = 90 degrees"),
-            (lambda: arguments.dilatancy_angle(30.0, 20.0), "dilatancy = 30 must lie between 0 and 20"),
+            (lambda: arguments.dilatancy_angle(30.0, 20.0), "dilatancy = 30 must be between 0 and 20"),
         ):
             with self.assertRaisesRegex(ValueError, words):
                 call()

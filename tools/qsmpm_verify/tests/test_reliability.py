@@ -96,18 +96,18 @@ class Numbers(unittest.TestCase):
             self.assertAlmostEqual(float((logs[:, :, 1:] * logs[:, :, :-1]).mean() / logs.var()), math.exp(-0.5), delta=0.02)
             self.assertTrue(np.array_equal(drawn[0][3], fields[0].samples(xs, ys, 1, 3)))
         other = read_field({"name": "phi", "parameter": "phi", "of": "clay", "mean": 30, "cov": 0.1, "scales": [2, 1]})
-        for pairs, why in (([("c", "phi", 0.5)], "differ in their scales"), ([("c", "c", 0.5)], "of two fields"), ([("c", "E", 1.0)], "between -1 and 1"),
-                           ([("c", "E", 0.5), ("E", "c", 0.5)], "goes with one other field")):
+        for pairs, why in (([("c", "phi", 0.5)], "must have the same scales"), ([("c", "c", 0.5)], "of two different fields"), ([("c", "E", 1.0)], "between -1 and 1"),
+                           ([("c", "E", 0.5), ("E", "c", 0.5)], "correlated with one other field")):
             with self.assertRaisesRegex(Trouble, why):
                 with_partners([*fields, other], pairs)
-        for words, why in (({"parameter": "nu"}, "`parameter` is c, phi, E, gamma, k"), ({"distribution": "normal"}, "outside of what it may be"),
-                           ({"parameter": "phi", "cov": 0.5}, "outside of what it may be")):
+        for words, why in (({"parameter": "nu"}, "`parameter` must be one of c, phi, E, gamma, k"), ({"distribution": "normal"}, "out of range at some points"),
+                           ({"parameter": "phi", "cov": 0.5}, "out of range at some points")):
             with self.assertRaisesRegex(Trouble, why):
                 read_field({"name": "x", **one, **words})
 
     def test_what_cannot_be_is_refused(self) -> None:
         for words, why in (({"mean": 1}, "sd is missing"), ({"mean": 1, "sd": 1, "unit": 2}, "unknown word 'unit'"),
-                           ({"mean": -1, "sd": 1}, "lognormal one is above 0"), ({"distribution": "beta"}, "is none of")):
+                           ({"mean": -1, "sd": 1}, "lognormal distribution must be above 0"), ({"distribution": "beta"}, "must be one of")):
             with self.assertRaisesRegex(Trouble, why):
                 space_of(words)
 
@@ -237,15 +237,15 @@ class Decks(unittest.TestCase):
         self.assertEqual(found["probability"], float(np.mean(np.array(margins) < 0.0)))
         fine = PRESSED.replace("X, 0, 1, 2", "X, 0, 1, 200").replace("Y, 0, 1, 2", "Y, 0, 1, 200")
         two = FIELD.format(scales="[1, 1]") + FIELD.format(scales="[1, 1]")
-        for text, tables, why in ((fine, FIELD.format(scales="[1, 0.01]"), "samples, and 20000 are the most"),
-                                  (PRESSED, FIELD.format(scales="[1, 0.9]"), "cells of the *GRID are 0.5 wide along y, and a scale of 0.9 wants 0.45"),
-                                  (PRESSED, two.replace('name = "s_u"', 'name = "s_u 2"', 1), "is a variable or another field, too"),
+        for text, tables, why in ((fine, FIELD.format(scales="[1, 0.01]"), "samples; at most 20000 are supported"),
+                                  (PRESSED, FIELD.format(scales="[1, 0.9]"), "cells of the *GRID are 0.5 wide along y, and a scale of 0.9 requires at most 0.45"),
+                                  (PRESSED, two.replace('name = "s_u"', 'name = "s_u 2"', 1), "is also a variable or another field"),
                                   (PRESSED, two, "two fields have the same name")):
             (self.folder / "column.inp").write_text(text)
             (self.folder / "question.toml").write_text(f"{tables}[response]\n{question}")
             self.assertIn(why, self.told(2, "--runs", "2"))
         (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1]")}[response]\n{question}')
-        self.assertIn("scales are two lengths", self.told(2, "--runs", "2"))
+        self.assertIn("scales must be two lengths", self.told(2, "--runs", "2"))
         (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1, 1]")}[response]\n{question}')
         self.assertIn("--runs 200 samples it", self.told(2))
 
@@ -304,8 +304,8 @@ rho = 0.5
         self.assertTrue(np.allclose(drawn[0][:, 2].reshape(5, 5), field.samples(xs, ys, 3, 5), rtol=1e-8))
 
     def test_a_number_that_is_not_there_is_an_error(self) -> None:
-        for old, new, why in (('"ELASTIC"', '"ELASTICS"', "there is no card"), ('column = "E"', 'column = "G"', "has no column 'G'"),
-                              ('"clay"', '"sand"', "no cards *ELASTIC of sand"), ("limit = 0.002", "", "limit of a history is missing"),
+        for old, new, why in (('"ELASTIC"', '"ELASTICS"', "there is no keyword"), ('column = "E"', 'column = "G"', "has no column 'G'"),
+                              ('"clay"', '"sand"', "no keywords *ELASTIC of sand"), ("limit = 0.002", "", "limit of a history is missing"),
                               ('quantity = "settlement"', 'quantity = "uplift"', "no column")):
             (self.folder / "question.toml").write_text(QUESTION.replace(old, new))
             self.assertIn(why, self.told(2))

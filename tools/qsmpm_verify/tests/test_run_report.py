@@ -100,7 +100,7 @@ class RunReport(unittest.TestCase):
         self.assertEqual(page.count("<img"), 5)
         # Three increments of the first phase, each a mark that tells its value.
         self.assertGreaterEqual(len(re.findall(r'data-tip="increment \d+, load factor', page)), 3)
-        self.assertTrue(re.search(r"proves of the ground as drawn, psi = phi: at least 1\.\d+, at most 1\.\d+", page))
+        self.assertTrue(re.search(r"for the initial geometry, psi = phi: at least 1\.\d+, at most 1\.\d+", page))
         self.assertEqual(page.count("<p class=warning>a thin body</p>"), 1)
         self.assertIn("*MOHR COULOMB", page)
 
@@ -137,7 +137,7 @@ class RunReport(unittest.TestCase):
             self.assertEqual(factor_text(folder, 1), "factor of safety " + told)
 
     def test_a_folder_without_a_run_is_refused(self) -> None:
-        self.assertIn("no run has ended here", self.told(2, str(self.folder)))
+        self.assertIn("the folder contains no finished run", self.told(2, str(self.folder)))
         self.assertIn("no such folder", self.told(2, str(self.folder / "none")))
 
 

@@ -72,7 +72,7 @@ class Scene(unittest.TestCase):
         self.assertEqual(rows[2], ["half", "reduced", "0.5", "2.0", "50", "8", "settlement", "0.05"])
         self.assertIn("4 -> 0.5 (8.0x)", said)
         self.assertIn("<svg", (self.folder / "c" / "scene.svg").read_text()[:500])
-        self.assertIn("half/whole: there already", self.call()[1])
+        self.assertIn("half/whole: already available", self.call()[1])
 
     def test_the_page_has_the_table_between_its_marks_and_nothing_else_changes(self) -> None:
         page = self.folder / "page.md"
@@ -108,14 +108,14 @@ class Scene(unittest.TestCase):
 
     def test_wrong_files_and_names_are_told_in_a_sentence(self) -> None:
         for old, new, text in (
-            ('note = "Half of it."', "", "has a note"),
+            ('note = "Half of it."', "", "requires the key note"),
             ('name = "half"', 'name = "half"\nsize = 3', "unknown key 'size'"),
-            ('name = "half"', 'name = "half"\neffort = "tiny"', "effort is one of"),
+            ('name = "half"', 'name = "half"\neffort = "tiny"', "effort must be one of"),
             ('[["Y", "2.0"]]', '[["Y"]]', "pairs of texts"),
             ('reduced = [["SECONDS", "0.5 50"], ["2.0", "2.1"]]', 'reduced = [["SECONDS", "4.0 100"]]', "the same deck"),
             (REDUCTIONS, REDUCTIONS + REDUCTIONS, "two reductions"),
             (REDUCTIONS, "x = ", "Invalid value"),
-            (REDUCTIONS, "", "no reduction there"),
+            (REDUCTIONS, "", "no reductions found"),
         ):
             (self.folder / "scenes" / "r.toml").write_text(REDUCTIONS.replace(old, new))
             with self.assertRaisesRegex(CaseError, text):

@@ -86,7 +86,7 @@ class TestCards(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "scene.inp"
             path.write_text("*INCLUDE, INPUT=../soil.inp\n")
-            with self.assertRaisesRegex(Trouble, "own folder"):
+            with self.assertRaisesRegex(Trouble, "folder of the deck"):
                 read_deck(path)
 
     def test_words_are_cut_as_the_converter_of_decks_cuts_them(self) -> None:
@@ -143,7 +143,7 @@ class TestVariants(unittest.TestCase):
 
     def test_the_method_of_the_deck_is_not_tried_twice(self) -> None:
         labels = [m.label for m in methods_of(deck_of(DECK))]
-        self.assertEqual(labels, ["as the deck says", "SPLINE2G CELL", "SPLINE2 CELL", "GIMP"])
+        self.assertEqual(labels, ["as in the deck", "SPLINE2G CELL", "SPLINE2 CELL", "GIMP"])
 
     def test_a_mesh_file_allows_its_own_method_and_grid_only(self) -> None:
         deck = deck_of("*MESH, INPUT=cook.msh\n*PHASE, NAME=p\n*END PHASE\n")
@@ -168,7 +168,7 @@ class TestVariants(unittest.TestCase):
         text = DECK.replace("*METHOD, BASIS=STANDARD, INTEGRATION=CELL, KINEMATICS=JAUMANN\n", "").replace("ELEMENT=TRI6", "ELEMENT=QUAD4")
         for own in ("", "*METHOD, KINEMATICS=JAUMANN\n", "*METHOD, BASIS=AUTO\n"):
             deck = deck_of(text.replace("*PHASE, NAME=first", own + "*PHASE, NAME=first"))
-            self.assertEqual([m.label for m in methods_of(deck)], ["as the deck says", "SPLINE2 CELL", "GIMP", "TRI6 CELL"], own)
+            self.assertEqual([m.label for m in methods_of(deck)], ["as in the deck", "SPLINE2 CELL", "GIMP", "TRI6 CELL"], own)
         grid, tri = deck_of(text).find("GRID"), deck_of(DECK).find("GRID")
         assert grid is not None and tri is not None
         spline, gimp = PLANE_METHODS[0], PLANE_METHODS[2]
@@ -260,7 +260,7 @@ class TestBounds(unittest.TestCase):
         assert found is not None
         self.assertAlmostEqual(found.half, 0.10)
         self.assertEqual(found.value, 1.47)
-        self.assertIn("the band was stretched to the bounds of limit analysis", found.notes)
+        self.assertIn("the band was extended to the bounds of limit analysis", found.notes)
         above = within_bounds(self.answer, (1.40, 1.45))
         assert above is not None
         self.assertAlmostEqual(above.half, 0.07)
@@ -290,7 +290,7 @@ class TestFigure(unittest.TestCase):
             folder = Path(name)
             wish = Wish("F", "last", 0.03, 60.0, PROGRAM, folder)
             (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 1.02, "lost": null, "mechanism": false, "refused": 1.03}]}', encoding="utf-8")
-            with self.assertRaisesRegex(ResultError, "at least 1.02: .* no mechanism"):
+            with self.assertRaisesRegex(ResultError, "at least 1.02: .* nor a mechanism"):
                 figure_of(folder, wish)
             (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 10, "lost": null, "mechanism": false}]}', encoding="utf-8")
             self.assertEqual(figure_of(folder, wish), (10, 0.0))
@@ -447,12 +447,12 @@ class TestSearch(unittest.TestCase):
         return search
 
     def test_it_ends_when_nothing_cheaper_is_left(self) -> None:
-        search = self.go(1e4, 0.02, {"as the deck says": 0.01, "GIMP": 0.02})
+        search = self.go(1e4, 0.02, {"as in the deck": 0.01, "GIMP": 0.02})
         self.assertIn("cheaper", search.ending)
         self.assertAlmostEqual(answer_of(search.trials).value, 1.0, places=2)  # type: ignore[union-attr]
 
     def test_it_ends_at_the_budget_with_what_it_has(self) -> None:
-        search = self.go(10.0, 1e-9, {"as the deck says": 0.01})
+        search = self.go(10.0, 1e-9, {"as in the deck": 0.01})
         self.assertIn("budget", search.ending)
         self.assertLessEqual(search.spent, 10.0)
         self.assertIsNotNone(answer_of(search.trials))
@@ -472,15 +472,15 @@ class TestSearch(unittest.TestCase):
         still = mock.Mock(field=lambda name: np.array([[0.2, 0.2]]) if name == "position" else np.zeros(1))
         with mock.patch("qsmpm_verify.study.refined.sheared_points", return_value=still):
             search.try_one(REFINED, 1, 1)
-        self.assertEqual((search.trials[-1].good, search.trials[-1].reason), (False, "nothing has sheared"))
+        self.assertEqual((search.trials[-1].good, search.trials[-1].reason), (False, "no shear strain for refinement"))
         self.assertIsNone(search.next_level(REFINED))
 
     def test_a_method_that_fails_twice_is_left(self) -> None:
-        search = self.go(1e4, 1e-9, {"as the deck says": 0.01})
+        search = self.go(1e4, 1e-9, {"as in the deck": 0.01})
         self.assertEqual(len([t for t in search.trials if t.method == "GIMP"]), 2)
 
     def test_one_run_in_twice_the_steps_closes_it(self) -> None:
-        search = self.go(1e4, 0.02, {"as the deck says": 0.01})
+        search = self.go(1e4, 0.02, {"as in the deck": 0.01})
         self.assertEqual([t.steps for t in search.trials].count(2), 1)
 
 

@@ -78,7 +78,7 @@ class ValueField(unittest.TestCase):
         x, y = np.meshgrid(0.025 + 0.05 * np.arange(20), 0.025 + 0.05 * np.arange(16))
         away = np.hypot(np.maximum(0.0, x - 0.1), np.maximum(0.0, np.maximum(0.2 - y, y - 0.6)))
         far = int((away > np.hypot(0.1, 0.4) / 2.0).sum())
-        self.assertRegex(done.stderr, rf"{far} of 320 points of material 'soil' lie beyond the samples of '\S+value_block.csv', as at \(0.975, ")
+        self.assertRegex(done.stderr, rf"{far} of 320 points of material 'soil' are outside the range of the samples of '\S+value_block.csv', as at \(0.975, ")
 
 
 if __name__ == "__main__":

@@ -169,7 +169,7 @@ class View(unittest.TestCase):
         np.testing.assert_allclose(scalar_field(state, "total_stress"), 30 - 5 / 3 * np.arange(8))
         np.testing.assert_allclose(scalar_field(state, "total_stress_xx"), 5 * np.arange(8) - 30)
         self.assertEqual(set(scalar_field(state, "load")), {5.0})
-        with self.assertRaisesRegex(ResultError, "strain has components: say strain_xx"):
+        with self.assertRaisesRegex(ResultError, "strain has components: use strain_xx"):
             scalar_field(state, "strain")
         for name, unit in (("total_stress", "kN/m2"), ("pore_pressure", "kN/m2"), ("load_y", "kN"), ("strain_xx", "")):
             self.assertEqual(unit_of(self.folder, name), unit, name)
@@ -192,12 +192,12 @@ class View(unittest.TestCase):
         with mock.patch("qsmpm_verify.view.plane_picture", wraps=plane_picture) as drawn:
             self.assertEqual(self.call("--mechanism", "--out", str(out))[0], 0)
         body, frame, caption = drawn.call_args.args[:3]
-        self.assertEqual(caption, "block: phase 'weaker', the way it fails, factor of safety 1.25 to 1.26")
+        self.assertEqual(caption, "block: phase 'weaker', failure mechanism, factor of safety 1.25 to 1.26")
         np.testing.assert_allclose(body.values, np.arange(8) / 7)
-        self.assertEqual((frame.title, frame.most, frame.length), ("displacement over its largest", 1.0, "m"))
+        self.assertEqual((frame.title, frame.most, frame.length), ("displacement / largest value", 1.0, "m"))
         self.assertEqual(self.call("--mechanism", "--phase", "weaker", "--out", str(out))[0], 0)
-        for words, text in ((("--phase", "built"), "no mechanism of phase built; there are: 'weaker'"),
-                            (("--film",), "neither --film nor --step"), (("--phase", "built up"), "no phase 'built up'")):
+        for words, text in ((("--phase", "built"), "no mechanism of phase built; available are: 'weaker'"),
+                            (("--film",), "cannot be combined with --film or --step"), (("--phase", "built up"), "no phase 'built up'")):
             code, said = self.call("--mechanism", *words)
             self.assertEqual(code, 2, words)
             self.assertIn(text, said)
@@ -205,7 +205,7 @@ class View(unittest.TestCase):
     def test_without_a_safety_phase_there_is_no_mechanism(self) -> None:
         code, said = self.call("--mechanism")
         self.assertEqual(code, 2)
-        self.assertIn("no mechanism of any phase; there are: none", said)
+        self.assertIn("no mechanism of any phase; available are: none", said)
 
     def test_a_phase_is_named_by_name_or_number_and_told_in_the_title(self) -> None:
         write_safety(self.folder)
@@ -214,7 +214,7 @@ class View(unittest.TestCase):
             with mock.patch("qsmpm_verify.view.plane_picture", wraps=plane_picture) as drawn:
                 self.assertEqual(self.call("--phase", phase, "--out", str(self.folder / "p.png"))[0], 0)
             self.assertIn(f"phase {name}", drawn.call_args.args[2])
-        self.assertIn("no step of phase 3 was written", self.call("--phase", "3")[1])
+        self.assertIn("no step of phase 3 has been written", self.call("--phase", "3")[1])
 
     def test_materials_are_named_and_one_class_alone_has_its_bar(self) -> None:
         with mock.patch("matplotlib.colorbar.Colorbar.set_ticks") as ticks:
@@ -230,9 +230,9 @@ class View(unittest.TestCase):
 
     def test_what_is_not_there_is_told_with_code_2(self) -> None:
         for words, text in (
-            (("--step", "3"), "step 3 were not written; those of 0, 2, 5 were"),
-            (("--field", "heat"), "no field 'heat'; there are displacement"),
-            (("--out", "a.jpg"), "a picture is a .png file"),
+            (("--step", "3"), "step 3 have not been written; available are 0, 2, 5"),
+            (("--field", "heat"), "no field 'heat'; available are displacement"),
+            (("--out", "a.jpg"), "a figure must be a .png file"),
             (("--range", "2", "1"), "lower value first"),
         ):
             code, said = self.call("--out", str(self.folder / "n.png"), *words)

@@ -84,7 +84,7 @@ class VtkHdf(unittest.TestCase):
 
     def test_a_folder_without_states_is_refused(self) -> None:
         self.folder.mkdir()
-        with self.assertRaisesRegex(Trouble, "is not there"):
+        with self.assertRaisesRegex(Trouble, "not found"):
             write_vtkhdf(self.folder)
 
 
