@@ -24,15 +24,15 @@ module qsmpm_element_tables
     real(reshape([of_triangle, of_quad, of_tet, of_hex, of_wedge], [3, 8, 5]), wp)
   real(wp), parameter, public :: quad_corners(2, 4) = corner_table(:2, :4, 2), hex_corners(3, 8) = corner_table(:, :, 4)
 
-  !> Edges of a triangle are the first three; a diagonal is the fifth of a quad: the node in the middle of the elements
-  !> that have one halves it.
+  !> A diagonal is the fifth of a quad: the node in the middle of the elements that have one halves it.
   integer, parameter, public :: tet_edges(2, 6) = reshape([1, 2, 2, 3, 3, 1, 1, 4, 2, 4, 3, 4], [2, 6])
+  integer, parameter, public :: triangle_edges(2, 3) = tet_edges(:, :3)
   integer, parameter :: quad_edges(2, 5) = reshape([1, 2, 2, 3, 3, 4, 4, 1, 1, 3], [2, 5])
   integer, parameter, public :: hex_edges(2, 12) = reshape([ &
     1, 2, 2, 3, 3, 4, 4, 1, 5, 6, 6, 7, 7, 8, 8, 5, 1, 5, 2, 6, 3, 7, 4, 8], [2, 12])
   integer, parameter :: wedge_edges(2, 9) = reshape([1, 2, 2, 3, 3, 1, 4, 5, 5, 6, 6, 4, 1, 4, 2, 5, 3, 6], [2, 9])
   !> All of them (2, edge, form).
-  integer, parameter, public :: edge_table(2, 12, 5) = reshape([reshape(tet_edges(:, :3), [24], pad=[0]), &
+  integer, parameter, public :: edge_table(2, 12, 5) = reshape([reshape(triangle_edges, [24], pad=[0]), &
     reshape(quad_edges, [24], pad=[0]), reshape(tet_edges, [24], pad=[0]), reshape(hex_edges, [24]), &
     reshape(wedge_edges, [24], pad=[0])], [2, 12, 5])
 
@@ -45,8 +45,8 @@ module qsmpm_element_tables
   integer, parameter, public :: face_table(4, 6, 5) = &
     reshape([edges_of_triangle, edges_of_quad, faces_of_tet, faces_of_hex, faces_of_wedge], [4, 6, 5])
 
-  !> Gradients of the barycentric coordinates L1 = 1 - xi - eta (- zeta), L2 = xi, ...; the first rows and columns are
-  !> those of a triangle.
+  !> Gradients of the barycentric coordinates L1 = 1 - xi - eta (- zeta), L2 = xi, ...
   real(wp), parameter, public :: tet_gradients(3, 4) = reshape([ &
     -1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 4])
+  real(wp), parameter, public :: triangle_gradients(2, 3) = tet_gradients(:2, :3)
 end module qsmpm_element_tables

@@ -4,7 +4,7 @@
 !> corners and N = 4 L_a L_b on the edge ab.
 module qsmpm_shape_simplex
   use qsmpm_kinds, only: wp
-  use qsmpm_element_tables, only: edges => tet_edges, dl => tet_gradients
+  use qsmpm_element_tables, only: triangle_edges, triangle_gradients, tet_edges, tet_gradients
   implicit none
   private
 
@@ -12,78 +12,53 @@ module qsmpm_shape_simplex
 
 contains
 
-  !> Corners of the kind of a number of nodes.
-  pure integer function corners_of(nodes) result(corners)
-    integer, intent(in) :: nodes
-
-    corners = merge(3, 4, nodes == 3 .or. nodes == 6)
-  end function corners_of
-
   !> Values of the functions of a kind by its number of nodes.
   pure subroutine simplex_shape(nodes, local, shape)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
     real(wp), intent(out) :: shape(:)
-    real(wp) :: l(4)
-    integer :: i, n
 
-    n = corners_of(nodes)
-    call linear_shape(local, l(:n))
-    shape(:n) = l(:n)
-    if (nodes == n) return
-    do i = 1, n
-      shape(i) = l(i)*(2.0_wp*l(i) - 1.0_wp)
-    end do
-    do i = 1, nodes - n
-      shape(n + i) = 4.0_wp*l(edges(1, i))*l(edges(2, i))
-    end do
+    select case (nodes)
+    case (3, 4)
+      call linear_shape(local, shape(:nodes))
+    case (6)
+      call quadratic_shape(3, triangle_edges, local, shape)
+    case (10)
+      call quadratic_shape(4, tet_edges, local, shape)
+    end select
   end subroutine simplex_shape
 
   !> Their derivatives.
   pure subroutine simplex_gradients(nodes, local, gradients)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
-    !> dN/dlocal (dimension, nodes).
     real(wp), intent(out) :: gradients(:, :)
-    real(wp) :: l(4)
-    integer :: i, a, b, d, n
 
-    n = corners_of(nodes)
-    d = n - 1
-    gradients(:d, :n) = dl(:d, :n)
-    if (nodes == n) return
-    call linear_shape(local, l(:n))
-    do i = 1, n
-      gradients(:d, i) = (4.0_wp*l(i) - 1.0_wp)*dl(:d, i)
-    end do
-    do i = 1, nodes - n
-      a = edges(1, i)
-      b = edges(2, i)
-      gradients(:d, n + i) = 4.0_wp*(l(a)*dl(:d, b) + l(b)*dl(:d, a))
-    end do
+    select case (nodes)
+    case (3)
+      gradients(:2, :3) = triangle_gradients
+    case (4)
+      gradients(:3, :4) = tet_gradients
+    case (6)
+      call quadratic_gradients(triangle_edges, triangle_gradients, local, gradients)
+    case (10)
+      call quadratic_gradients(tet_edges, tet_gradients, local, gradients)
+    end select
   end subroutine simplex_gradients
 
   !> Their second derivatives, constant in the element.
   pure subroutine simplex_second(nodes, second)
     integer, intent(in) :: nodes
-    !> d2N/dlocal2 (dimension, dimension, nodes).
     real(wp), intent(out) :: second(:, :, :)
-    integer :: i, j, a, b, d, n
 
-    n = corners_of(nodes)
-    d = n - 1
-    second(:, :, :nodes) = 0.0_wp
-    if (nodes == n) return
-    do j = 1, d
-      do i = 1, n
-        second(:d, j, i) = 4.0_wp*dl(j, i)*dl(:d, i)
-      end do
-      do i = 1, nodes - n
-        a = edges(1, i)
-        b = edges(2, i)
-        second(:d, j, n + i) = 4.0_wp*(dl(j, a)*dl(:d, b) + dl(j, b)*dl(:d, a))
-      end do
-    end do
+    select case (nodes)
+    case (3, 4)
+      second(:, :, :nodes) = 0.0_wp
+    case (6)
+      call quadratic_second(triangle_edges, triangle_gradients, second)
+    case (10)
+      call quadratic_second(tet_edges, tet_gradients, second)
+    end select
   end subroutine simplex_second
 
   !> Values of the linear functions.
@@ -100,4 +75,68 @@ contains
       shape(k + 1) = local(k)
     end do
   end subroutine linear_shape
+
+  !> Values of the quadratic functions.
+  pure subroutine quadratic_shape(corners, edges, local, shape)
+    integer, intent(in) :: corners
+    !> Corners of the edges (2, edges).
+    integer, intent(in) :: edges(:, :)
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: shape(:)
+    real(wp) :: l(4)
+    integer :: i
+
+    call linear_shape(local, l(:corners))
+    do i = 1, corners
+      shape(i) = l(i)*(2.0_wp*l(i) - 1.0_wp)
+    end do
+    do i = 1, size(edges, 2)
+      shape(corners + i) = 4.0_wp*l(edges(1, i))*l(edges(2, i))
+    end do
+  end subroutine quadratic_shape
+
+  !> Derivatives of the quadratic functions.
+  pure subroutine quadratic_gradients(edges, dl, local, gradients)
+    integer, intent(in) :: edges(:, :)
+    !> dL/dlocal (dimension, corners).
+    real(wp), intent(in) :: dl(:, :), local(:)
+    !> dN/dlocal (dimension, nodes).
+    real(wp), intent(out) :: gradients(:, :)
+    real(wp) :: l(4)
+    integer :: i, a, b, d, n
+
+    d = size(dl, 1)
+    n = size(dl, 2)
+    call linear_shape(local, l(:n))
+    do i = 1, n
+      gradients(:d, i) = (4.0_wp*l(i) - 1.0_wp)*dl(:, i)
+    end do
+    do i = 1, size(edges, 2)
+      a = edges(1, i)
+      b = edges(2, i)
+      gradients(:d, n + i) = 4.0_wp*(l(a)*dl(:, b) + l(b)*dl(:, a))
+    end do
+  end subroutine quadratic_gradients
+
+  !> Second derivatives of the quadratic functions.
+  pure subroutine quadratic_second(edges, dl, second)
+    integer, intent(in) :: edges(:, :)
+    real(wp), intent(in) :: dl(:, :)
+    !> d2N/dlocal2 (dimension, dimension, nodes).
+    real(wp), intent(out) :: second(:, :, :)
+    integer :: i, j, a, b, d, n
+
+    d = size(dl, 1)
+    n = size(dl, 2)
+    do j = 1, d
+      do i = 1, n
+        second(:d, j, i) = 4.0_wp*dl(j, i)*dl(:, i)
+      end do
+      do i = 1, size(edges, 2)
+        a = edges(1, i)
+        b = edges(2, i)
+        second(:d, j, n + i) = 4.0_wp*(dl(j, a)*dl(:, b) + dl(j, b)*dl(:, a))
+      end do
+    end do
+  end subroutine quadratic_second
 end module qsmpm_shape_simplex

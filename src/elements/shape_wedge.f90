@@ -6,15 +6,13 @@
 !> The corner functions fall to -1/4 in the middle of the element's faces (L = 1/2, zeta = 0).
 module qsmpm_shape_wedge
   use qsmpm_kinds, only: wp
-  use qsmpm_element_tables, only: edges => tet_edges, tet_gradients
+  use qsmpm_element_tables, only: edges => triangle_edges, dl => triangle_gradients
   use qsmpm_shape_simplex, only: linear_shape
   implicit none
   private
 
   public :: wedge_shape, wedge_gradients, wedge_second
 
-  !> dL/dlocal in the triangle.
-  real(wp), parameter :: dl(2, 3) = tet_gradients(:2, :3)
   !> Sign of zeta in t at the bottom and the top.
   real(wp), parameter :: signs(2) = [-1.0_wp, 1.0_wp]
 

@@ -40,6 +40,7 @@ contains
     !> tangent_none, tangent_consistent or tangent_elastic.
     integer, intent(in) :: tangent
     type(batch_type) :: half
+    real(wp) :: f(3, 3), det
     integer :: p
 
     if (tangent /= tangent_none) then
@@ -65,7 +66,14 @@ contains
     do p = 1, batch%count
       batch%status(p) = half%status(p)
       batch%plastic(p) = max(batch%plastic(p), half%plastic(p))
-      if (batch%status(p) == status_ok) call take_end(half, p, batch)
+      if (batch%status(p) /= status_ok) cycle
+      batch%stress(:, p) = half%stress(:, p)
+      batch%state(:, p) = half%state(:, p)
+      ! Q on the start of the whole step.
+      f = unpack_gradient(batch%gradient(:, p))
+      det = determinant(f)
+      call pack_gradient(det*matmul(unpack_symmetric(half%stress(:, p)), transpose(inverse(f, det))), &
+        batch%piola(:, p))
     end do
   end subroutine update
 
@@ -97,23 +105,4 @@ contains
     half%stress_start(:, p) = half%stress(:, p)
     half%state_start(:, p) = half%state(:, p)
   end subroutine start_second_half
-
-  !> Stress and state of the end, Q on the start of the whole step.
-  pure subroutine take_end(half, p, batch)
-    !> The points after their second half.
-    type(batch_type), intent(in) :: half
-    !> Number of the point.
-    integer, intent(in) :: p
-    !> The points of the whole step.
-    type(batch_type), intent(inout) :: batch
-    real(wp) :: f(3, 3), back(3, 3), stress(3, 3), det
-
-    batch%stress(:, p) = half%stress(:, p)
-    batch%state(:, p) = half%state(:, p)
-    f = unpack_gradient(batch%gradient(:, p))
-    det = determinant(f)
-    back = transpose(inverse(f, det))
-    stress = unpack_symmetric(half%stress(:, p))
-    call pack_gradient(det*matmul(stress, back), batch%piola(:, p))
-  end subroutine take_end
 end module qsmpm_half_step_law

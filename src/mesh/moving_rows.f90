@@ -3,6 +3,7 @@ module qsmpm_moving_rows
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: shape_gradients, full_rule, local_nodes, node_count
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_tensor, only: determinant, identity
   implicit none
   private
 
@@ -85,20 +86,16 @@ contains
   end function least_jacobian
 
   !> Determinant of the isoparametric map.
-  pure real(wp) function jacobian(kind, local, corner) result(determinant)
+  pure real(wp) function jacobian(kind, local, corner)
     !> Element kind.
     integer, intent(in) :: kind
     !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:), corner(:, :)
-    real(wp) :: gradients(size(local), size(corner, 2)), j(size(local), size(local))
+    real(wp) :: gradients(size(local), size(corner, 2)), map(3, 3)
 
     call shape_gradients(kind, local, gradients)
-    j = matmul(corner, transpose(gradients))
-    if (size(local) == 2) then
-      determinant = j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)
-    else
-      determinant = j(1, 1)*(j(2, 2)*j(3, 3) - j(3, 2)*j(2, 3)) &
-        - j(1, 2)*(j(2, 1)*j(3, 3) - j(3, 1)*j(2, 3)) + j(1, 3)*(j(2, 1)*j(3, 2) - j(3, 1)*j(2, 2))
-    end if
+    map = identity
+    map(:size(local), :size(local)) = matmul(corner, transpose(gradients))
+    jacobian = determinant(map)
   end function jacobian
 end module qsmpm_moving_rows

@@ -376,6 +376,7 @@ contains
     type(body_shape_type), intent(inout) :: shape
     type(polygon_list_type) :: whole, parts
     real(wp) :: corners(2, 4)
+    integer :: i
 
     if (.not. allocated(shape%outline)) return
     if (.not. (any(reaches_beyond(bounds, shape%outline, 1)) .or. any(reaches_beyond(bounds, shape%outline, 2)))) return
@@ -384,23 +385,13 @@ contains
     call begin_list(shape%outline, whole)
     call pieces_in_convex(whole, corners, parts)
     if (parts%count /= 1) return
-    call without_doubles(parts%vertices(:, :parts%first(2) - 1), same_place*maxval(bounds(:, 2) - bounds(:, 1)), &
-      shape%outline)
-  end subroutine trim_outline
-
-  !> Leave out vertices that are where the one before is: a corner on an end of the grid is there twice.
-  pure subroutine without_doubles(polygon, near, vertices)
-    !> (2, n)
-    real(wp), intent(in) :: polygon(:, :)
-    real(wp), intent(in) :: near
-    real(wp), allocatable, intent(out) :: vertices(:, :)
-    integer :: i, n
-
-    n = size(polygon, 2)
-    associate (gaps => norm2(polygon - cshift(polygon, -1, dim=2), dim=1))
-      vertices = polygon(:, pack([(i, i=1, n)], gaps > near))
+    ! A corner on an end of the grid is there twice.
+    associate (polygon => parts%vertices(:, :parts%first(2) - 1))
+      associate (gaps => norm2(polygon - cshift(polygon, -1, dim=2), dim=1))
+        shape%outline = polygon(:, pack([(i, i=1, size(gaps))], gaps > same_place*maxval(bounds(:, 2) - bounds(:, 1))))
+      end associate
     end associate
-  end subroutine without_doubles
+  end subroutine trim_outline
 
   !> Whether a part of a trimmed outline is an end of the grid and none of the body.
   pure logical function is_trimmed(bounds, shape, place)
