@@ -55,7 +55,7 @@ class Written(unittest.TestCase):
 
     def test_what_is_not_taken_is_an_error(self) -> None:
         for path, phase, method, told in (
-            (LAYERS, "factor", "fellenius", "unknown method"), (LAYERS, "factor", "seepage", "one body under"),
+            (LAYERS, "factor", "fellenius", "unknown method"), (LAYERS, "factor", "seepage", "requires one body with"),
             (DAM, None, "bishop", "a water level defined by a line"), (PEERS / "consolidation.inp", "load", "bishop", "CONSOLIDATION"),
         ):  # fmt: skip
             self.assertRaisesRegex(Trouble, told, scene, path, phase, method)
