@@ -1,4 +1,4 @@
-"""The command `qsmpm-verify`. Every subcommand is a module that defines its arguments and executes it.
+"""The command `qsmpm-verify`: run, compare and plot analyses. Every subcommand is a module that defines its arguments and executes it.
 
 Exit code 0: all comparisons passed; 1: a comparison failed; 2: invalid arguments or a missing result; 3: a run failed.
 """
@@ -26,7 +26,7 @@ def parser(asked: str = "") -> argparse.ArgumentParser:
     """Argument parser of the command line, with all subcommands or only the requested one."""
     main = argparse.ArgumentParser(prog="qsmpm-verify", description=__doc__,
                                    formatter_class=argparse.RawDescriptionHelpFormatter)
-    verbs = main.add_subparsers(dest="verb", required=True, metavar="VERB")
+    verbs = main.add_subparsers(dest="verb", required=True, metavar="COMMAND")
     known = any(asked in own for own in HOMES.values())
     for home, own in HOMES.items():
         if asked in own or not known:

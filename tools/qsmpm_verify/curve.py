@@ -244,7 +244,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
 def act(words: argparse.Namespace) -> int:
     """Compare, print, plot."""
     if words.out and words.out.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise Trouble(f"{words.out}: a picture is a .png, .svg or .pdf file")
+        raise Trouble(f"{words.out}: a figure must be a .png, .svg or .pdf file")
     if not words.against:
         return tell(words)
     comparison = compare(words)

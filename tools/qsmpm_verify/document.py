@@ -164,7 +164,7 @@ def view_part(words: Namespace, runs: dict[str, Run]) -> str:
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Arguments of the subcommand."""
-    verb = verbs.add_parser("report", help="HTML report of a run; without RUN, of the charts, stability map, cases, figures and the machine")
+    verb = verbs.add_parser("report", help="write an HTML report of a run; without RUN, of the charts, stability map, cases, figures and the machine")
     verb.add_argument("run", type=Path, nargs="?", help="folder of a run, or its results.h5")
     verb.add_argument("--docx", type=Path, help="for a run: also write a document")
     verb.add_argument("--bounds", action="store_true", help="for a run: limit analysis of its safety phases")

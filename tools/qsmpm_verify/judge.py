@@ -35,7 +35,7 @@ class Verdict:
 
 
 HOLDS_NOW = "passes now: remove expected_to_fail"
-"""Of what is expected to fail."""
+"""Note on an expected failure that passes."""
 
 
 class Place:

@@ -25,7 +25,7 @@ def volume_within(points: Points, low: list[float], high: list[float]) -> float:
 
 
 def share_above(points: Points, field: str, share: float) -> float:
-    """Volume of the points where a field is above a share of its largest value, over the volume of all [-]."""
+    """Volume of the points where a field exceeds a fraction of its largest value, over the total volume [-]."""
     values = points.field(field)
     volume = points.field("volume")
     return float(volume[values > share * values.max()].sum() / volume.sum())

@@ -1,6 +1,6 @@
-"""Kratos Multiphysics: its structural application on the mesh of a model, and our scripts for its MPM application.
+"""Kratos Multiphysics: its structural application on the mesh of a model, and the scripts for its MPM application.
 
-Both run in the environment that `tools/setup --peers` makes (.venv-peers), as processes of their own;
+Both run in the environment of `tools/setup --peers` (.venv-peers), as separate processes;
 the variable QSMPM_PEERS_PYTHON names another interpreter.
 """
 
@@ -22,11 +22,11 @@ from qsmpm_verify.runner import last_line
 from qsmpm_verify.trouble import RunFailed, Trouble
 
 PYTHON = Path(os.environ.get("QSMPM_PEERS_PYTHON", TOP / ".venv-peers" / "bin" / "python"))
-"""The interpreter that has Kratos."""
+"""The interpreter with Kratos."""
 SCRIPTS = TOP / "tools" / "peers"
 PACKAGES = ("KratosMultiphysics", "KratosMPMApplication", "KratosStructuralMechanicsApplication")
 ELEMENTS = {5: "2D3N", 9: "2D4N", 22: "2D6N", 23: "2D8N"}
-"""Ends of the names of the elements, by VTK type."""
+"""Suffixes of the element names, by VTK type."""
 
 
 @lru_cache(maxsize=1)
@@ -41,7 +41,7 @@ def version() -> str:
 
 
 def scene_text(model: Model, element: str, steps: int) -> str:
-    """The model as kratos_fem.py reads it; `element` is SmallDisplacementElement or TotalLagrangianElement."""
+    """The model in the format of kratos_fem.py; `element` is SmallDisplacementElement or TotalLagrangianElement."""
     loads = [[int(node), *model.forces[node].tolist()] for node in np.flatnonzero(np.abs(model.forces).sum(axis=1))]
     return json.dumps({
         "nodes": model.nodes.tolist(), "cells": model.cells.tolist(), "held": model.held, "forces": loads,
@@ -73,7 +73,7 @@ def run_script(words: list[str], folder: Path, seconds: float, fresh: bool = Fal
     try:
         return json.loads(line), run
     except ValueError as error:
-        raise RunFailed(f"{words[0]}: its last line is no JSON: {line[:80]}") from error
+        raise RunFailed(f"{words[0]}: its last line is not JSON: {line[:80]}") from error
 
 
 def _installed() -> None:

@@ -68,7 +68,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Solution:
-    """Displacements (nodes, 2), what the supports bear in total (nan where there is none) and excess pressures of all nodes."""
+    """Displacements (nodes, 2), total reactions of the supports (nan if not available) and excess pore pressures of all nodes."""
 
     displacement: Array
     reaction: Array

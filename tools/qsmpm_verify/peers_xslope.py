@@ -1,7 +1,7 @@
-"""xslope: limit equilibrium by circles, and steady seepage, of the ground, strengths and water of a deck; and our bounds of the same deck.
+"""xslope: limit equilibrium with slip circles, and steady seepage, for the ground, strengths and water of a deck; and the bounds of the same deck.
 
-The scene is what limit analysis reads of a deck (docs/methods/bounds.md), with the strengths that it takes: those of the deck where
-psi = phi, else after Davis. It runs in the environment of tools/setup --peers, as a process of its own.
+The scene is that of limit analysis of a deck (docs/methods/bounds.md), with the same strengths: those of the deck where
+psi = phi, otherwise after Davis. It runs in the environment of tools/setup --peers, as a separate process.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ def version() -> str:
 
 
 def _material(name: str, scene: Scene, k: float, gravity: float) -> dict[str, Any]:
-    """Effective strength, weights and permeability; the suction law of ours: linear down to a thousandth over half a cell."""
+    """Effective strength, unit weights and permeability; suction law as in QSMPM: linear down to a thousandth over half a cell."""
     material = scene.materials[name]
     strength = material.strength
     if strength is None or strength.profile is not None:
-        raise Trouble(f"xslope: material '{name}' has no *MOHR COULOMB of one cohesion")
+        raise Trouble(f"xslope: material '{name}' has no *MOHR COULOMB with uniform cohesion")
     share, phi = (1.0, np.radians(strength.friction)) if not strength.reduced() else strength.at(1.0, scene.flow)
     suction = 0.5 * min(float(np.diff(lines).min()) for lines in scene.steps)
     return {
@@ -57,7 +57,7 @@ def _material(name: str, scene: Scene, k: float, gravity: float) -> dict[str, An
 
 
 def _in_air(outline: Array, steps: tuple[Array, Array]) -> list[list[float]]:
-    """The outline without what lies on the base and the sides of the grid, as one line."""
+    """The outline without the parts on the base and the sides of the grid, as one line."""
     (x, y), after = steps, np.roll(outline, -1, axis=0)
     on_grid = [
         all(abs(place[axis] - bound) < 1e-9 * np.ptp(x) for place in pair)
@@ -66,13 +66,13 @@ def _in_air(outline: Array, steps: tuple[Array, Array]) -> list[list[float]]:
     closed = np.array(on_grid).reshape(-1, 3).any(axis=1)
     starts = np.flatnonzero(closed & ~np.roll(closed, -1))
     if len(starts) != 1:
-        raise Trouble("xslope: the ground has one surface in air, from end to end")
+        raise Trouble("xslope: the ground must have one exposed surface, from end to end")
     count = int((~closed).sum())
     return [after[(starts[0] + i) % len(outline)].tolist() for i in range(count + 1)]
 
 
 def _heads(flow: Flow, scene: Scene, air: list[list[float]]) -> list[dict[str, Any]]:
-    """Levels at the pieces of the surface that lie in the boxes of their parts."""
+    """Levels at the parts of the surface inside the boxes of these parts."""
     found = []
     for row in flow.card.data():
         name = row[0].strip('"')
@@ -84,13 +84,13 @@ def _heads(flow: Flow, scene: Scene, air: list[list[float]]) -> list[dict[str, A
 
 
 def scene_text(deck: Deck, phase: str | None, method: str, size: float = 0.0, grid: bool = True) -> str:
-    """The scene as xslope_run.py reads it."""
+    """The scene in the format of xslope_run.py."""
     if method not in METHODS:
         raise Trouble(f"xslope: unknown method '{method}'; known are {', '.join(METHODS)}")
     scene = read_scene(deck, phase, True)
     state, water = scene.after, scene.after.water.get("")
     if set(state.tractions) | set(state.pushes) or set(state.water) - {""} or state.gravity[0] != 0.0:
-        raise Trouble("xslope: only ground under its own weight and one water level is taken")
+        raise Trouble("xslope: only ground under self-weight with one water level is supported")
     permeability, now = {}, ""
     for card in deck.cards:
         now = name_of(card, "NAME") if card.keyword == "MATERIAL" else now
@@ -104,11 +104,11 @@ def scene_text(deck: Deck, phase: str | None, method: str, size: float = 0.0, gr
     }  # fmt: skip
     if method == "seepage":
         if not isinstance(water, Flow) or len(grounds) != 1:
-            raise Trouble("xslope: seepage is that of one body under *WATER LEVEL, TYPE=SEEPAGE")
+            raise Trouble("xslope: seepage requires one body with *WATER LEVEL, TYPE=SEEPAGE")
         air = _in_air(np.array(grounds[0]["outline"]), scene.steps)
         content |= {"exit": air, "heads": _heads(water, scene, air)}
     elif isinstance(water, Flow):
-        raise Trouble("xslope: circles are searched under a level that is drawn, or none")
+        raise Trouble("xslope: circles require a water level defined by a line, or none")
     elif water:
         low, high = scene.steps[0][0], scene.steps[0][-1]
         inner = [place for place in water.corners.tolist() if low < place[0] < high]
@@ -128,7 +128,7 @@ def solve(deck: Path, folder: Path, words: dict[str, Any], fresh: bool = False) 
 
 
 def said(figures: dict[str, Any]) -> str:
-    """What the programs said of a factor: bounds, or circles without a solution and warnings."""
+    """Remarks of the programs on a factor: bounds, or circles without a solution and warnings."""
     if "lower" in figures:
         return f"between {figures['lower']:.4f} and {figures['upper']:.4f}"
     if "circles" in figures:
@@ -138,7 +138,7 @@ def said(figures: dict[str, Any]) -> str:
 
 
 def bounds(deck: Path, folder: Path, words: dict[str, Any], fresh: bool = False) -> tuple[dict[str, Any], Finished]:
-    """Our own bounds of the factor of a phase; `factor` is between them."""
+    """Bounds of QSMPM for the factor of a phase; `factor` is between them."""
     command = [str(TOP / "tools" / "qsmpm-verify"), "bounds", "scene.inp", "--phase", words["phase"], "--json", "bounds.json"]
     program = "".join(path.read_text(encoding="utf-8") for path in sorted((TOP / "tools/qsmpm_verify/bounds").glob("*.py")))
     run = run_peer(command, program, {"scene.inp": deck.read_text(encoding="utf-8")}, ["bounds.json"], folder, fresh=fresh)

@@ -23,7 +23,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     points.add_argument("--out", type=Path, default=Path("points.png"))
     points.set_defaults(act=draw_points)
     figures = verbs.add_parser(
-        "figures", help="figures of the paper from the runs of one folder, as produced by tools/demo"
+        "figures", help="draw the figures of the paper from the runs of one folder, as produced by tools/demo"
     )
     figures.add_argument("folder", type=Path, help="folder that contains the runs, one for each deck")
     figures.add_argument("--out", type=Path, default=None, help="folder of the figures; default the same folder")

@@ -26,7 +26,7 @@ HEADER = ["reduction", "scene", "CPU s", "MiB", "equations", "points", "change o
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Arguments of the subcommand."""
-    verb = verbs.add_parser("scene", help="savings and change of the result with a smaller model of a scene")
+    verb = verbs.add_parser("scene", help="compare cost and result of a scene with those of a smaller model")
     verb.add_argument("names", nargs="*", help="reductions; default all")
     add_running_words(verb, "scene")
     verb.add_argument("--repeat", type=int, default=1, help="number of runs of each model; the least CPU time counts")
@@ -36,7 +36,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
 
 
 def take_savings(words: argparse.Namespace) -> list[Saving]:
-    """Run what the command line asks for."""
+    """Run what the command line requests."""
     efforts = efforts_up_to(words.effort)
     reductions = load_reductions(SCENES, TOP, words.names, efforts)
     program = checked_program(words)

@@ -29,7 +29,7 @@ Matrix = dict[tuple[str, str], Field]
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Arguments of the subcommand."""
-    verb = verbs.add_parser("map", help="the stability map: tests where methods fail, and the outcome for each method")
+    verb = verbs.add_parser("map", help="compute the stability map: tests in which methods fail, and the outcome for each method")
     verb.add_argument("tests", nargs="*", help="rows, such as S1; default all")
     verb.add_argument("--program", type=Path, default=PROGRAM, help="program to run")
     verb.add_argument("--out", type=Path, default=BUILD / "stability", help="folder of the runs")

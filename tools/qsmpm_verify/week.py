@@ -28,7 +28,7 @@ Range = tuple[float, float]
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Arguments of the subcommand."""
-    verb = verbs.add_parser("week", help="scenes of an engineer's first week with default settings, compared with hand values and plans")
+    verb = verbs.add_parser("week", help="run the scenes of an engineer's first week with default settings and compare them with hand values and plans")
     verb.add_argument("cases", nargs="*", help="names, files or patterns; default all")
     add_running_words(verb, "week")
     verb.add_argument("--no-plan", dest="plan", action="store_false", help="omit the plans")

@@ -58,7 +58,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class Joint:
-    """Places between soil and rigid bodies: |t| <= a - n tan(delta) there, and n <= 0 where they part freely, both linear in the unknowns; tangents,
+    """Points between soil and rigid bodies: |t| <= a - n tan(delta) there, and n <= 0 where they separate freely, both linear in the unknowns; tangents,
     adhesions, which separate."""
 
     pull: sparse.csr_matrix

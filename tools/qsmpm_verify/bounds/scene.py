@@ -124,5 +124,5 @@ class Scene:
 
     @property
     def pushes(self) -> bool:
-        """Whether nodes or rigid bodies have a prescribed motion: the result is then its force."""
+        """Whether nodes or rigid bodies have a prescribed motion: the result is then the force on them."""
         return bool(self.pushed) or any(wall.velocity != (0.0, 0.0) for wall in self.walls.values())

@@ -27,8 +27,8 @@ NAMES = {
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Arguments of the subcommand."""
-    verb = verbs.add_parser("bounds", help="upper and lower bound of the limit load or factor of safety of a deck, by limit analysis")
-    verb.add_argument("deck", type=Path, help="plane-strain deck with bodies of TYPE BOX or POLYGON and *MOHR COULOMB")
+    verb = verbs.add_parser("bounds", help="compute upper and lower bounds of the limit load or factor of safety of a deck, by limit analysis")
+    verb.add_argument("deck", type=Path, help="plane-strain deck with bodies of SHAPE=BOX or POLYGON and *MOHR COULOMB")
     verb.add_argument("--phase", help="phase to be analysed (default the last one)")
     verb.add_argument("--factor", action="store_true", help="factor of safety at the end of a phase that is not TYPE=SAFETY")
     verb.add_argument("--triangles", type=whole, default=500, metavar="N", help="initial number of triangles (default 500)")

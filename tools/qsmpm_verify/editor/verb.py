@@ -12,9 +12,9 @@ from qsmpm_verify.places import PROGRAM
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Arguments of both subcommands."""
-    files = verbs.add_parser("editor", help="syntax colouring and snippets for decks in an editor: a TextMate grammar as an extension of VS Code")
+    files = verbs.add_parser("editor", help="write syntax colouring and snippets for decks in an editor: a TextMate grammar as an extension of VS Code")
     files.add_argument("--out", type=Path, default=Path("output") / "qsmpm-deck", help="folder of the extension (default output/qsmpm-deck)")
-    server = verbs.add_parser("language-server", help="language server for decks (completion, help, diagnostics) on standard input and output")
+    server = verbs.add_parser("language-server", help="run a language server for decks (completion, help, diagnostics) on standard input and output")
     for verb in (files, server):
         verb.add_argument("--program", type=Path, default=PROGRAM, help="program that checks the decks")
     files.set_defaults(act=write)

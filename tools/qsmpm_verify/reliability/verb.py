@@ -25,8 +25,8 @@ from qsmpm_verify.trouble import RunFailed, Trouble
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Arguments of the subcommand."""
-    verb = verbs.add_parser("reliability", help="probability that a result of a deck exceeds its limit: FORM, response surface, Monte Carlo")
-    verb.add_argument("deck", type=Path, help="deck")
+    verb = verbs.add_parser("reliability", help="compute the probability that a result of a deck exceeds its limit: FORM, response surface, Monte Carlo")
+    verb.add_argument("deck", type=Path, help="deck to be analysed")
     verb.add_argument("variables", type=Path, help="uncertain parameters, their correlation and the limit (TOML)")
     verb.add_argument("--runs", type=int, default=0, metavar="N", help="Monte Carlo with N runs (Latin hypercube) instead of the search")
     verb.add_argument("--seed", type=int, default=1, help="seed of the hypercube and of fields (default 1)")

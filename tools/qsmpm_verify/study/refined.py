@@ -25,7 +25,7 @@ STRAIN = "accumulated_plastic_shear_strain"
 
 
 def can_refine(deck: Deck) -> bool:
-    """Whether a deck may use body-fitted triangles: a plane grid without named cells, and nothing that is pushed through them."""
+    """Whether a deck may use body-fitted triangles: a plane grid without named cells, and no displacement-controlled objects that move through it."""
     grid = deck.find("GRID")
     if grid is None or len(axis_lines(deck, "Z")) > 0 or deck.find("MOVING MESH") or deck.find("RIGID BODY"):
         return False

@@ -21,7 +21,7 @@ SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Arguments of the subcommand."""
     verb = verbs.add_parser("study", help="run a deck with several grids, methods and steps: result, error and cost")
-    verb.add_argument("deck", type=Path, help="deck")
+    verb.add_argument("deck", type=Path, help="deck to be analysed")
     verb.add_argument("--history", required=True, metavar="NAME", help="requested column of curves.csv")
     verb.add_argument("--at", choices=("last", "max", "min"), default="last", help="position at which it is read (default last)")
     verb.add_argument("--target", type=share, default=0.01, metavar="1%%", help="target error (default 1%%)")

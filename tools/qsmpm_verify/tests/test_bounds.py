@@ -350,13 +350,13 @@ class Bounds(unittest.TestCase):
             ("*GRAVITY\n0, -1", "*GRAVITY\n1, 0\n*WATER LEVEL, UNIT WEIGHT=10\n0, 1\n6, 1", "WATER LEVEL"),
             ("*GRAVITY\n0, -1\n", "", "no load changes"),
             ("*MOHR COULOMB\n1, 0, 0\n", "", "no body can fail"),
-            ("*GRAVITY", "*INSTALL\nprop\n*GRAVITY", "'prop' is not there"),
+            ("*GRAVITY", "*INSTALL\nprop\n*GRAVITY", "'prop' is not defined"),
         ):
             code, said = self.ask(CUT.replace(before, after))
             self.assertEqual(code, 2, said)
             self.assertIn(word, said)
         code, said = self.ask(FOOTING.replace("0.3, 3.2, 0.3, 0", "0.3, 2.9, 0.3, 0").replace("*TRACTION", "*INSTALL\nprop\n*TRACTION"))
-        self.assertEqual((code, "its end at (0.3, 2.9) lies in no body without *MOHR COULOMB" in said), (2, True), said)
+        self.assertEqual((code, "its end at (0.3, 2.9) is not in a body without *MOHR COULOMB" in said), (2, True), said)
         self.assertEqual(self.ask(CUT, "--phase", "none")[0], 2)
         self.assertEqual(self.ask(CUT, "--triangles", "5")[0], 2)
         self.assertEqual(self.ask(CUT, "--out", "picture.bmp")[0], 2)

@@ -184,17 +184,17 @@ class Studies(unittest.TestCase):
             ("{n = 9", "{n = 1.5", "sizes must increase"),
             ('label = "fails"', 'label = "one"', "two runs have the same name|sizes"),
             ("[error]", "[error]\ntolerance = 1.0", "unknown key 'tolerance'"),
-            ('caveat = "Another machine."', "", "name their caveat"),
-            ("[[1, 0.5, 3.0]]", "[[1, 0.0, 3.0]]", "above zero"),
+            ('caveat = "Another machine."', "", "require caveat"),
+            ("[[1, 0.5, 3.0]]", "[[1, 0.0, 3.0]]", "all positive"),
             ('effort = "small"', 'effort = "tiny"', "effort must be one of"),
-            ('column = "y"', 'column = "y"\nmeasure = "z"', "either a column"),
+            ('column = "y"', 'column = "y"\nmeasure = "z"', "exactly one of column"),
         ):
             self.path.write_text(STUDY.replace(old, new))
             if 'label = "one"' in new:
                 self.path.write_text(STUDY.replace(old, new).replace("{n = 7}", "{n = 1}"))
             with self.assertRaisesRegex(CaseError, text):
                 load_study(self.path, self.folder)
-        with self.assertRaisesRegex(CaseError, "no study 'nobody'"):
+        with self.assertRaisesRegex(CaseError, "unknown study 'nobody'"):
             load_studies(STUDIES, TOP, ["nobody"])
 
     def test_the_studies_of_the_tree_are_right_and_broad(self) -> None:

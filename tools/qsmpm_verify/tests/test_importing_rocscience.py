@@ -209,8 +209,8 @@ class Rocscience(unittest.TestCase):
         self.assertIn("damaged, or of an unsupported version", self.told(2, str(damaged)))
         crossed = slide_text().replace("vertices: [1,", "vertices: [1,1,", 1)
         crossed = re.sub(r"vertices: \[1,1,(\d+),(\d+)", r"vertices: [1,\2,\1", crossed, count=1)
-        self.assertIn("no simple outline", self.told(2, str(self.write("slope.sli", crossed))))
-        self.assertIn("no vertex", self.told(2, str(self.write("slope.sli", slide_text().replace("vertices: [1,", "vertices: [99,", 1)))))
+        self.assertIn("not a simple polygon", self.told(2, str(self.write("slope.sli", crossed))))
+        self.assertIn("not a vertex", self.told(2, str(self.write("slope.sli", slide_text().replace("vertices: [1,", "vertices: [99,", 1)))))
 
 
 if __name__ == "__main__":

@@ -187,7 +187,7 @@ class Map(unittest.TestCase):
             ('id = "S1"', 'id = "S2"', "two tests"),
             ('asks = "y is 2"', "", "'asks' is missing"),
             ("time_limit", 'only = ["A"]\ntime_limit', "skip_reason"),
-            ("time_limit", 'only = ["Z"]\ntime_limit', "no method 'Z'"),
+            ("time_limit", 'only = ["Z"]\ntime_limit', "unknown method 'Z'"),
         ):
             (self.rows / "S01.toml").write_text(ROW.replace(old, new))
             with self.assertRaisesRegex(CaseError, text):

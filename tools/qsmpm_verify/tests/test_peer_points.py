@@ -53,7 +53,7 @@ class Peers(unittest.TestCase):
             with self.assertRaisesRegex(Trouble, text):
                 peer_points.peer_points("column", self.stored)
         self.stored.write_text("[]")
-        with self.assertRaisesRegex(Trouble, "not what"):
+        with self.assertRaisesRegex(Trouble, "not a file of"):
             peer_points.peer_points("column", self.stored)
 
     def live(self) -> list[tuple[float, float, float]]:

@@ -301,7 +301,7 @@ class Judging(unittest.TestCase):
             ('program = "calculix"', 'program = "ansys"', "program must be one of"),
             ('reason = "r"\n[[check]]', '[[check]]', "tolerance and reason"),
             ('of = "own"\n[[check]]', 'of = "ccx"\n[[check]]', "an earlier run of qsmpm"),
-            ('reference = 2.0\nquantity', 'reference = {function = "x"}\nquantity', "names a function"),
+            ('reference = 2.0\nquantity', 'reference = {function = "x"}\nquantity', "name a function"),
             ('note = "n"', 'note = "n"\nnotes = "n"', "unknown key"),
         ):  # fmt: skip
             self.assertIn(old, SCENE)

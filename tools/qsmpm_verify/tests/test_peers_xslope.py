@@ -55,8 +55,8 @@ class Written(unittest.TestCase):
 
     def test_what_is_not_taken_is_an_error(self) -> None:
         for path, phase, method, told in (
-            (LAYERS, "factor", "fellenius", "unknown method"), (LAYERS, "factor", "seepage", "one body under"),
-            (DAM, None, "bishop", "a level that is drawn"), (PEERS / "consolidation.inp", "load", "bishop", "CONSOLIDATION"),
+            (LAYERS, "factor", "fellenius", "unknown method"), (LAYERS, "factor", "seepage", "requires one body with"),
+            (DAM, None, "bishop", "a water level defined by a line"), (PEERS / "consolidation.inp", "load", "bishop", "CONSOLIDATION"),
         ):  # fmt: skip
             self.assertRaisesRegex(Trouble, told, scene, path, phase, method)
 

@@ -247,7 +247,7 @@ class Decks(unittest.TestCase):
         (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1]")}[response]\n{question}')
         self.assertIn("scales must be two lengths", self.told(2, "--runs", "2"))
         (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1, 1]")}[response]\n{question}')
-        self.assertIn("--runs 200 samples it", self.told(2))
+        self.assertIn("requires sampling, for example --runs 200", self.told(2))
 
     def test_fields_of_stiffness_and_weight_of_endless_scales_are_two_numbers(self) -> None:
         table = """[[field]]
