@@ -9,11 +9,14 @@
 !>
 !> The term is  f_external  +=  (1 - l) f  with the load fraction l of the phase: at l = 0 the balance of the phase
 !> before is met, at l = 1 nothing is left. The points taken out ride with the mesh and have no stiffness: nodes that
-!> they alone hold are in no equation. docs/methods/stages.md.
+!> they alone hold are in no equation. Where the mesh goes with the ground these stay, and cells between them and the
+!> ground that comes in become as flat as may be: f is there that of the start of the phase. docs/methods/stages.md.
 module qsmpm_unloading
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
+  use qsmpm_kept_arrays, only: is_kept, keep_values, kept_values, lay_array
   use qsmpm_load_description, only: carrier_surface
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type, find_configuration
   use qsmpm_integration, only: integration_type, place_of
@@ -33,10 +36,14 @@ module qsmpm_unloading
 
   public :: measure_unloading, new_unloading_points
 
+  !> What is kept of the start of a phase: forces, and weights in the last row.
+  character(len=*), parameter :: start_forces = 'forces of what is taken out'
+
   type, extends(term_type) :: unloading_points_type
     !> Nodal forces in force (dimension, nodes); unallocated without.
     real(wp), allocatable :: force(:, :)
   contains
+    procedure :: start
     procedure :: prepare
     procedure :: set_load
     procedure :: add_force
@@ -56,6 +63,13 @@ contains
     if (allocated(configuration%unloading)) deallocate (configuration%unloading, configuration%unloading_weight)
     if (.not. any_of(model%part%team, model%state%inactive%unloading%count > 0)) return
     if (.not. model%state%progress%fraction < 1.0_wp) return
+    if (goes_with_ground(model) .and. model%state%progress%fraction > 0.0_wp) then
+      associate (kept => kept_values(model%state%kept, start_forces), d => model%mesh%dimension)
+        configuration%unloading = kept(:d, :)
+        configuration%unloading_weight = kept(d + 1, :)
+      end associate
+      return
+    end if
     call sum_points(model, configuration, force, weight)
     there = model%state%points
     if (is_divided(model%part)) model%part%points = [model%part%points, model%part%unloading]
@@ -67,7 +81,17 @@ contains
     if (is_divided(model%part)) model%part%points = model%part%points(:there%count)
     configuration%unloading = configuration%unloading - force
     configuration%unloading_weight = configuration%unloading_weight - weight
+    if (goes_with_ground(model)) call keep_values(model%state%kept, start_forces, &
+      transpose(reshape([transpose(configuration%unloading), configuration%unloading_weight], [size(weight), &
+      size(force, 1) + 1])))
   end subroutine measure_unloading
+
+  !> Whether nodes stay the same ones from the start of a phase to its end.
+  pure logical function goes_with_ground(model)
+    type(model_type), intent(in) :: model
+
+    goes_with_ground = model%analysis%method%basis == basis_fem .and. is_kept(model%state%kept, start_forces)
+  end function goes_with_ground
 
   !> Sums over the points of the model: -V sigma grad N with the force of the water in them, and weights.
   subroutine sum_points(model, configuration, force, weight)
@@ -144,6 +168,19 @@ contains
     term%name = 'force of the bodies taken out'
     term%role = role_external
   end subroutine new_unloading_points
+
+  !> Room for what is kept.
+  subroutine start(self, model)
+    class(unloading_points_type), intent(in) :: self
+    type(model_type), intent(inout) :: model
+    real(wp) :: none(model%mesh%dimension + 1, model%space%node_count)
+    integer :: p
+
+    none = 0.0_wp
+    if (model%analysis%method%basis /= basis_fem) return
+    if (any([(size(model%analysis%phases(p)%deactivations) > 0, p=1, size(model%analysis%phases))])) &
+      call lay_array(model%state%kept, start_forces, none, nodal=.true.)
+  end subroutine start
 
   !> Nothing is in force yet.
   subroutine prepare(self, model, configuration)

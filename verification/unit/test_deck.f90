@@ -229,6 +229,11 @@ contains
     call silent(changed(changed(joined(block), ' 1, 45, 0, 1|', ' 1, 0, 0|*STRENGTH PROFILE, TYPE=SHANSEP| 0.25, 0.8|'// &
       '*UNDRAINED, TYPE=B|*K0, OCR=2| 0.6|'), '*GRAVITY|', '*INITIAL, TYPE=K0| 1, 0.6|*GRAVITY|')// &
       joined('*PHASE, NAME=two|*UPDATE STRENGTH|*END PHASE|'))
+    call silent(changed(changed(joined(block), '*ELASTIC| 1e3, 0.3|*MOHR COULOMB| 1, 45, 0, 1|', '*HARDENING SOIL, '// &
+      'POP=20| 3e4, 3e4, 9e4, 0.5, 0.2, 100, 1, 35, 5|*K0, TYPE=JAKY, POP=20|'), '*GRAVITY|', &
+      '*INITIAL, TYPE=K0| 1, 0.6|*GRAVITY|'))
+    call silent(changed(changed(joined(block), '*ELASTIC| 1e3, 0.3|*MOHR COULOMB| 1, 45, 0, 1|', '*CAM CLAY, OCR=2|'// &
+      ' 1.0, 0.2, 0.04, 2.2, 0.3|*K0, TYPE=JAKY, OCR=2|'), '*GRAVITY|', '*INITIAL, TYPE=K0| 1, 0.6|*GRAVITY|'))
     call silent(block//'*PHASE, NAME=two|*CONSTANT LOAD TEST, REPEATS=2| 1|*END PHASE|')
     call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the direction of the force, 0, -1 for weight')
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))

@@ -70,6 +70,7 @@ contains
       'ln v - ln p with lambda/v0 and kappa/v0. A point without stress has the stiffness of the smallest '// &
       'pressure: give *INITIAL, TYPE=K0.'
     law%example = '*CAM CLAY, OCR=1.5| 1.0, 0.2, 0.04, 2.2, 0.3'
+    law%poisson = max(0.0_wp, self%poisson)
     ! On the dry side of the critical state.
     law%may_soften = .true.
     law%smallest_pressure = self%smallest_pressure

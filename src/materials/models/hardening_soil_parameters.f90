@@ -56,6 +56,7 @@ contains
     law%sentence = 'Hardening soil instead of *ELASTIC and *MOHR COULOMB: a hyperbola in shear, a cap in '// &
       'compression, stiffness that follows the smallest stress. Angles in degrees.'
     law%example = '*HARDENING SOIL, OCR=2| 3e4, 3e4, 9e4, 0.5, 0.2, 100, 1, 35, 5'
+    law%poisson = self%poisson
     law%has_strength = .true.
     law%associated_flow = .false.
     law%keeps_tensor = has_small_strain(self)
