@@ -195,7 +195,8 @@ contains
     associate (material => deck%analysis%materials(deck%material))
       call fields%choice('TYPE', material%locking_treatment, 'NONE|AUTO|UNIFORM PRESSURE', &
         'AUTO: uniform pressure when nu is '// &
-        'above 0.45, for Mohr-Coulomb with phi = 0, and for any Mohr-Coulomb on linear elements and GIMP, else none', &
+        'above 0.45, for Mohr-Coulomb with phi = 0, and for any Mohr-Coulomb on linear elements, GIMP and in '// &
+        'searches for a factor of safety on splines, else none', &
         first=locking_none)
       call fields%number('FACTOR', material%pressure_factor, 'resistance to volume changes inside a cell over '// &
         'the shear modulus, of the secant of a step in which soil flows; when not given 1, 0.1 for phi = 0 '// &
