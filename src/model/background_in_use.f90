@@ -66,8 +66,7 @@ contains
     logical :: lowers
     integer :: m
 
-    if (model%state%progress%phase < 1) return
-    lowers = model%analysis%phases(model%state%progress%phase)%kind == phase_safety
+    if (model%state%progress%phase < 1 .or. .not. allocated(model%laws)) return
     do m = 1, size(model%laws)
       factors = model%laws(m)%factors
       if (allocated(model%analysis%backgrounds)) then
@@ -75,6 +74,7 @@ contains
           factors = model%analysis%backgrounds(number_of(model%state%window))%pressure_factor(m, :)
       end if
       if (factors(1) < 0.0_wp) cycle
+      lowers = model%analysis%phases(model%state%progress%phase)%kind == phase_safety
       model%laws(m)%pressure_factor = factors(merge(2, 1, lowers))
       model%analysis%materials(m)%locking_treatment = merge(locking_uniform_pressure, locking_none, &
         model%laws(m)%pressure_factor > 0.0_wp)
