@@ -501,6 +501,7 @@ contains
     do m = 1, number
       call move_alloc(model%laws(m)%law, laws(m)%law)
       laws(m)%pressure_factor = model%laws(m)%pressure_factor
+      laws(m)%factors = model%laws(m)%factors
       laws(m)%flows = model%laws(m)%flows
       laws(m)%confinement = model%laws(m)%confinement
     end do

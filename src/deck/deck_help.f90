@@ -350,6 +350,7 @@ contains
       '- Keywords, parameters and words of a choice may be in capitals or not; blanks inside', &
       '  them count as one. Names of sets, bodies, materials and files keep their case.', &
       '- A comma at the end of a line goes on with the next line. Lines may be of any length.', &
+      '- Text is UTF-8 or Latin-1, with the line ends of any system.', &
       '- Numbers: `1`, `1.0`, `1e3`, `1d3`. Nothing is abbreviated or cut off.', &
       '- A value or name that holds a comma or an equals sign stands in double quotes.', &
       '- Numbers of a data line may be given by name, in any order and on any number of lines:', &

@@ -181,6 +181,8 @@ module qsmpm_law
     !> Resistance to volume changes inside a group of uniform pressure, as a share of the law's shear
     !> modulus; 0 where the pressure of every point is its own.
     real(wp) :: pressure_factor = 0.0_wp
+    !> The same in phases that load and of TYPE=SAFETY, where they differ; below 0 where they do not.
+    real(wp) :: factors(2) = -1.0_wp
     !> The material may flow: that resistance falls then.
     logical :: flows = .false.
     !> All-round pressure above which Q and A of `update` count (`add_confinement`).

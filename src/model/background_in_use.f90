@@ -62,18 +62,22 @@ contains
   !> Treatment of locking in the phase of the state, on the background that it is on.
   pure subroutine take_treatment(model)
     type(model_type), intent(inout) :: model
+    real(wp) :: factors(2)
     logical :: lowers
     integer :: m
 
-    if (.not. allocated(model%analysis%backgrounds) .or. model%state%progress%phase < 1) return
-    lowers = model%analysis%phases(model%state%progress%phase)%kind == phase_safety
-    associate (background => model%analysis%backgrounds(number_of(model%state%window)))
-      if (.not. allocated(background%pressure_factor)) return
-      do m = 1, size(model%laws)
-        model%laws(m)%pressure_factor = background%pressure_factor(m, merge(2, 1, lowers))
-        model%analysis%materials(m)%locking_treatment = merge(locking_uniform_pressure, locking_none, &
-          model%laws(m)%pressure_factor > 0.0_wp)
-      end do
-    end associate
+    if (model%state%progress%phase < 1 .or. .not. allocated(model%laws)) return
+    do m = 1, size(model%laws)
+      factors = model%laws(m)%factors
+      if (allocated(model%analysis%backgrounds)) then
+        if (allocated(model%analysis%backgrounds(number_of(model%state%window))%pressure_factor)) &
+          factors = model%analysis%backgrounds(number_of(model%state%window))%pressure_factor(m, :)
+      end if
+      if (factors(1) < 0.0_wp) cycle
+      lowers = model%analysis%phases(model%state%progress%phase)%kind == phase_safety
+      model%laws(m)%pressure_factor = factors(merge(2, 1, lowers))
+      model%analysis%materials(m)%locking_treatment = merge(locking_uniform_pressure, locking_none, &
+        model%laws(m)%pressure_factor > 0.0_wp)
+    end do
   end subroutine take_treatment
 end module qsmpm_background_in_use

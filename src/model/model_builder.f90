@@ -281,11 +281,15 @@ contains
           if (material%locking_treatment == locking_none .and. traits%failure_ties_volume) model%notes = model%notes// &
             "material '"//material%name//"': no treatment of volumetric locking (*VOLUMETRIC LOCKING); a "// &
             'warning follows if its pressures show locking'//new_line('a')
+          ! Under loads that grow it would cost accuracy, and equilibrium where soil of friction slides.
+          if (material%locking_treatment == locking_none .and. smooth .and. locks(traits, .true.)) &
+            model%laws(m)%factors = [0.0_wp, merge(material%pressure_factor, resistance_of(material, .false., .false., &
+            .false.), material%pressure_factor >= 0.0_wp)]
         end if
+        model%laws(m)%flows = may_yield(material) .and. .not. softens_by_point(material)
         if (material%locking_treatment == locking_none) cycle
         if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, &
           lowest .and. .not. smooth, pressures_last(model))
-        model%laws(m)%flows = may_yield(material) .and. .not. softens_by_point(material)
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
           'locking, factor '//real_text(material%pressure_factor)//new_line('a')

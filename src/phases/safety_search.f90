@@ -22,7 +22,7 @@ module qsmpm_safety_search
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_safety_bracket, only: bracket_text, is_closed, next_factor, note_lost, note_stable
   use qsmpm_safety_factors, only: add_factor
-  use qsmpm_sheared_ground, only: factor_note, spot_note
+  use qsmpm_sheared_ground, only: blurred_note, factor_note, spot_note
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
     is_balanced, is_beyond_help, is_dampable, static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
@@ -280,6 +280,7 @@ contains
     ! Where the observer is shown the whole, the parts are put back with the state.
     part = model%part
     if (gives_way) call observer%note_lines(spot_note(model))
+    if (moved .and. .not. rests) call observer%note_lines(blurred_note(model))
     if (moved .and. .not. allocated(error)) call show_whole(model, observer, error)
     model%part = part
     call restore(before, model)

@@ -7,6 +7,8 @@ module qsmpm_sheared_ground
   use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_background_in_use, only: is_at_start
   use qsmpm_kept_arrays, only: is_kept, kept_values
+  use qsmpm_mesh_measure, only: cell_width
+  use qsmpm_method_description, only: basis_fem, basis_standard
   use qsmpm_model, only: model_type
   use qsmpm_nodal_fields, only: rate_of
   use qsmpm_own_part, only: own_of
@@ -18,11 +20,13 @@ module qsmpm_sheared_ground
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_description, only: material_type, traits_of
   use qsmpm_strength_factor, only: flow_davis_a, flow_material, lower_strength, strength_factor_type
-  use qsmpm_team, only: largest, total
+  use qsmpm_team, only: largest, smallest, total
+  use qsmpm_vertical, only: vertical_of
   implicit none
   private
 
-  public :: factor_note, fallen_note, flow_notes, loaded_spot_note, sheared_note, spot_note, swollen_note, worn_note
+  public :: blurred_note, factor_note, fallen_note, flow_notes, loaded_spot_note, sheared_note, spot_note, &
+    swollen_note, worn_note
 
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
@@ -141,10 +145,48 @@ contains
         rounded_text(100.0_wp*moves/whole, 1)//' % of the ground, around ('//rounded_text(place(1))//', '// &
         rounded_text(place(2))//'): the '//noun//' is that of a local failure, at the edge of a load or at a face '// &
         'with hardly any cohesion; with more cohesion there, or a gradual edge of the load, it is that of the '// &
-        'ground'// &
-        new_line('a')
+        'ground'//new_line('a')
     end associate
   end function spot_text
+
+  !> The word on a mechanism, the way of the points from their first places, that is few cells high where functions
+  !> reach over several and blur its slip surface; empty elsewhere.
+  function blurred_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    !> Cells times what a factor is too high by, of a slope and of a vertical cut; from which error on it is told, and
+    !> warned of.
+    real(wp), parameter :: excess(2) = [0.3_wp, 0.9_wp], told = 0.05_wp, much_too_high = 0.1_wp
+    real(wp) :: way(model%state%points%count), height(model%state%points%count), cells, sums(2), most
+    logical :: far(model%state%points%count)
+    integer :: p
+
+    text = ''
+    if (any(model%analysis%method%basis == [basis_fem, basis_standard])) return
+    associate (points => model%state%points, team => model%part%team)
+      way = norm2(points%position - points%initial_position, dim=1)
+      far = own_of(model%part%points, points%count)
+      most = largest(team, maxval([0.0_wp, pack(way, far)]))
+      far = far .and. way > 0.1_wp*most
+      height = points%position(vertical_of(model%analysis), :)
+      sums = 0.0_wp
+      do p = 1, points%count
+        if (far(p)) sums = sums + points%volume(p)*[cell_width(model%mesh, points%cell(p)), 1.0_wp]
+      end do
+      sums = [total(team, sums(1)), total(team, sums(2))]
+      if (.not. sums(1) > 0.0_wp) return
+      most = largest(team, maxval(height, mask=far))
+      cells = (most - smallest(team, minval(height, mask=far)))*sums(2)/sums(1)
+    end associate
+    cells = max(1.0_wp, anint(cells))
+    if (excess(2) < told*cells) return
+    if (excess(2) >= much_too_high*cells) text = 'warning: '
+    text = text//"phase '"//model%analysis%phases(model%state%progress%phase)%name//"': the mechanism is "// &
+      rounded_text(cells)//' cells high, and functions that extend over three cells smooth its slip surface: the '// &
+      'factor is about '//rounded_text(100.0_wp*excess(1)/cells, 1)//' to '// &
+      rounded_text(100.0_wp*excess(2)/cells, 1)//' % too high (docs/methods/safety.md); use smaller cells, or in '// &
+      'plane models a body-fitted mesh (*GRID without ELEMENT)'//new_line('a')
+  end function blurred_note
 
   !> How much soil has sheared how far; empty for ground that stands.
   function sheared_text(model) result(text)

@@ -194,7 +194,7 @@ contains
     associate (material => deck%analysis%materials(deck%material))
       call fields%choice('TYPE', material%locking_treatment, 'NONE|AUTO|UNIFORM PRESSURE', &
         'AUTO: uniform pressure for nu above 0.45, for Mohr-Coulomb with phi = 0, and for any Mohr-Coulomb on '// &
-        'linear elements and GIMP; otherwise none', &
+        'linear elements, GIMP and in searches for a factor of safety on splines; otherwise none', &
         first=locking_none)
       call fields%number('FACTOR', material%pressure_factor, 'resistance to volume changes within a cell, relative '// &
         'to the shear modulus (the secant modulus of a step in yielding soil); when not given 1, 0.1 for phi = 0 '// &
