@@ -35,7 +35,7 @@ module qsmpm_safety_search
     show_mechanism, set_strength, runout_factor, share_note
 
   !> Stable factors of a search, at most.
-  integer, parameter :: most_factors = 60
+  integer, parameter :: most_factors = 100
   !> Sub-steps that show a mechanism, at most.
   integer, parameter :: most_substeps = 30
   !> A body gives way where the drag carries this share of what it did at a way so many times shorter.

@@ -6,7 +6,7 @@
 !>             but to 0.1 or F/10 at the most, and is F/10 at the least from F = 3 on where none was lost
 !>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less, twice as much each time
 !>   between   never beyond the middle of the bracket
-!>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1; after 60 stable factors
+!>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1; after 100 stable factors
 !>             without any of these what is known (qsmpm_safety_search)
 !>
 !> A factor that was lost and is passed all the same leaves the next one above it that was lost as the end of the

@@ -287,7 +287,7 @@ contains
     call tests%check('nothing is said of the usual share', len(share_note(run%model%analysis%phases(2))) == 0)
   end subroutine check_never
 
-  !> A search that finds one factor from near the other, each lost from afar, ends after 60: nothing is tried beyond, and
+  !> A search that finds one factor from near the other, each lost from afar, ends after 100: nothing is tried beyond, and
   !> the lost factor is not sought by sub-steps again.
   subroutine check_length(tests)
     type(tests_type), intent(inout) :: tests
@@ -299,12 +299,12 @@ contains
         call advance_step_loop(run%model, run%loop, run%observer, run%error)
         if (allocated(run%error)) exit
       end do
-      progress%phase_steps = 60
+      progress%phase_steps = 100
       progress%bracket%lost = 1.4_wp
       call search(run)
       call tests%check('a search has an end: '//run%observer%text, abs(progress%factors(2, 1) - 1.1_wp) <= rounding)
     end associate
-    associate (text => run%observer%text, words => 'the search ends after 60 stable factors')
+    associate (text => run%observer%text, words => 'the search ends after 100 stable factors')
       call tests%check('that is told, once', index(text, words) > 0 .and. index(text, words) == index(text, words, &
         back=.true.))
     end associate
