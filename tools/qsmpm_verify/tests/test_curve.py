@@ -191,7 +191,7 @@ class Curve(unittest.TestCase):
             "--y=-stress",
         )
         self.refused("No such file", "--against", str(self.folder / "none.csv"))
-        self.refused("a picture is a .png", *self.FORMULA, "--out", "p.bmp")
+        self.refused("a figure must be a .png", *self.FORMULA, "--out", "p.bmp")
         self.curves.unlink()
         self.refused("No such file", *self.FORMULA)
 
