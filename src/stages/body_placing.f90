@@ -146,8 +146,7 @@ contains
     character(len=:), allocatable :: text
 
     text = "body '"//name//"' is activated: volume "//rounded_text(volume)//' down to the ground, '// &
-      ''//rounded_text(drawn)// &
-      ' as drawn'//new_line('a')
+      rounded_text(drawn)//' as drawn'//new_line('a')
   end function comes_text
 
   !> Area of a surface point when heights are stretched: a = cof(F) a_0, F = diag(1, r) or diag(1, 1, r).

@@ -183,7 +183,7 @@ class Curve(unittest.TestCase):
         self.refused("no column of numbers 'nowhere'", *self.FORMULA, "--x", "nowhere")
         self.refused("unknown function 'nobody'", "--against", "function:nobody(x=1)")
         self.refused("missing argument strain", "--against", "function:van_langen(modulus=1)")
-        self.refused("not one of its arguments", "--against", "function:van_langen(stran=strain)")
+        self.refused("must be one of its arguments", "--against", "function:van_langen(stran=strain)")
         self.refused(
             "function van_langen: ",
             "--against",
@@ -191,7 +191,7 @@ class Curve(unittest.TestCase):
             "--y=-stress",
         )
         self.refused("No such file", "--against", str(self.folder / "none.csv"))
-        self.refused("a picture is a .png", *self.FORMULA, "--out", "p.bmp")
+        self.refused("a figure must be a .png", *self.FORMULA, "--out", "p.bmp")
         self.curves.unlink()
         self.refused("No such file", *self.FORMULA)
 
