@@ -1,4 +1,4 @@
-!> Visitors of the fields of a card (qsmpm_card_fields): one enters them in the keyword table, one reads a card into
+!> Visitors of the fields of a card (qsmpm_card_fields): one describes them for the keyword table, one reads a card into
 !> them, one writes a card from them. Nothing here depends on a particular card. The text of an echo deck grows line by
 !> line; its numbers read back to the same bits.
 module qsmpm_card_visitors

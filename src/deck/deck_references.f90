@@ -138,7 +138,7 @@ contains
     if (state%analysis%mesh%kind /= mesh_file) call check_name(state, name, sets, where, keyword, what)
   end subroutine check_set
 
-  !> Checks that materials have a law; warns of one without weight under gravity.
+  !> Checks the laws of all materials; warns of one without weight under gravity, or of a profile across gravity.
   subroutine check_materials(state)
     type(deck_state_type), intent(inout) :: state
     logical :: gravity
@@ -159,7 +159,7 @@ contains
     end do
   end subroutine check_materials
 
-  !> Checks that a user material has no other strength, and no initial state without *USER MATERIAL.
+  !> Checks that a user material has no other law or strength, and that *USER STATE has a *USER MATERIAL.
   subroutine check_user_material(state, material)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
@@ -383,7 +383,7 @@ contains
     end associate
   end function changes_something
 
-  !> Warns of probable oversights: nothing is fixed, or K0 stresses without weight.
+  !> Warns of probable oversights, such as no fixities or K0 stresses without weight, and checks *CONFINING PRESSURE.
   subroutine check_starts(state)
     type(deck_state_type), intent(inout) :: state
     logical :: held, creeps

@@ -74,7 +74,7 @@ contains
     end do
   end function renumbered
 
-  !> Renumbers the cells of all sets of points, active or waiting, for another window.
+  !> Renumbers the cells of all sets of points, active or inactive, for another window.
   pure subroutine number_all(model, from, to)
     type(model_type), intent(inout) :: model
     type(window_type), intent(in) :: from, to

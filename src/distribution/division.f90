@@ -5,7 +5,7 @@
 !> grid. After an accepted step the copies are discarded, points that have left the cells are sent to their new owners,
 !> and every process receives new copies, so that copies never differ from their originals. Points of bodies that the
 !> phase removes are treated alike. Tracers, watched places and feet of bodies are few: all processes store all of them,
-!> and the one that owns their cell moves them. Bodies that wait are stored separately.
+!> and the one that owns their cell moves them. Inactive bodies are stored separately.
 module qsmpm_division
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active
@@ -166,7 +166,7 @@ contains
     call share_model(model, ranks, rows_of(model%analysis), model%part%owners, short)
   end subroutine share_cells
 
-  !> Keeps points owned by this process or in its ring, and separates those that wait; cells are numbered as in the
+  !> Keeps points owned by this process or in its ring, and separates inactive ones; cells are numbered as in the
   !> whole mesh.
   subroutine take_near(model)
     type(model_type), intent(inout) :: model

@@ -36,7 +36,7 @@ module qsmpm_own_part
       unloading_surface(:), feet(:)
     !> Cells of the whole grid of places known to all, at the last exchange (places).
     integer, allocatable :: tracer_cell(:), watched_cell(:), foot_cell(:)
-    !> Bodies that the phase removes (bodies), and the points of all waiting bodies, with their cells numbered as in the
+    !> Bodies that the phase removes (bodies), and the points of all inactive bodies, with cells numbered as in the
     !> whole grid.
     logical, allocatable :: taken_out(:)
     type(points_type) :: waiting

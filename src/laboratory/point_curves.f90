@@ -42,7 +42,7 @@ module qsmpm_point_curves
     real(wp) :: lateral_strain = 0.0_wp
     real(wp) :: volumetric_strain = 0.0_wp
     real(wp) :: shear_strain = 0.0_wp
-    !> Of ln V: sqrt(2/3 e:e) with its deviator e.
+    !> Deviatoric strain of ln V: sqrt(2/3 e:e) with its deviator e.
     real(wp) :: deviatoric_strain = 0.0_wp
     real(wp) :: p = 0.0_wp
     real(wp) :: q = 0.0_wp

@@ -1,5 +1,5 @@
-!> Drained faces: decay of the nodal pressure at a face while water drains from the adjacent cells. A node fixed at p =
-!> 0 would drain slightly more than a quarter of its cell at once, however short the time.
+!> Drained faces: decay of the nodal pressure at a face while water drains from the adjacent cells. A node fixed at
+!> p = 0 would drain slightly more than a quarter of its cell at once, however short the time.
 !>
 !> Let a half space of cells of height h, with linear pressures and corresponding strains, drain from a pressure J
 !> applied instantaneously. The outflow is correct, q = J (k/(pi M t))^1/2 (Carslaw and Jaeger 1959, section 2.4), if
@@ -44,7 +44,7 @@ module qsmpm_face_leak
 
   !> Nodes of drained faces in a step.
   type :: face_layers_type
-    !> Loss per unit drop of pressure, sum A h/(12^1/2 M), 0 at nodes not treated so; 12 c/h^2 (nodes).
+    !> Loss per unit drop of pressure, sum A h/(12^1/2 M), 0 at other nodes; 12 c/h^2 (nodes).
     real(wp), allocatable :: capacity(:), pace(:)
     !> Variables of the terms minus p at the start of the step (terms, nodes).
     real(wp), allocatable :: beyond(:, :)

@@ -29,7 +29,7 @@ module qsmpm_free_surface
   public :: water_bounds_type, filling_pressure, kept_water, find_bounds, is_in_air, is_on, looks_up, &
     rows_in_force, former_levels, idle_rows, bounds_note, nodes_within
 
-  !> Share of the pore water that dry soil releases per unit of normalised suction beyond the limit of saturation.
+  !> Share of the pores that dry soil still drains per suction that empties the pores, beyond that suction.
   real(wp), parameter, public :: dry = 1.0e-3_wp
   !> Vertical share of the normal of a face above which it counts as facing upwards.
   real(wp), parameter :: upwards_from = 0.05_wp

@@ -1,5 +1,5 @@
-!> Water retention and relative permeability of soil under suction, linear over a height c or by curves of the soil; s =
-!> -p is the suction, u = alpha s (van Genuchten 1980, equations 3 and 9, m = 1 - 1/n, after Mualem 1976):
+!> Water retention and relative permeability of soil under suction, linear over a height c or by curves of the soil.
+!> The suction is s = -p; u = alpha s (van Genuchten 1980, equations 3 and 9, m = 1 - 1/n, after Mualem 1976):
 !>
 !>   S = 1 + p/c                           k_r = k_min + (1 - k_min) S,  in time, horizontally, S^3
 !>   S = (1 + u^n)^(-m)                    k_r = S^(1/2) (1 - u^(n-1) S)^2,  no less than 1e-6
@@ -87,7 +87,7 @@ contains
   !> cell.
   pure subroutine let_through_in_time(curve, pressure, reach, factor, by_pressure)
     type(curve_type), intent(in) :: curve
-    !> Of the corners; pressures and the heights over which the pores fill, in the same unit.
+    !> Pressures of the corners and heights over which their pores fill, in the same unit.
     real(wp), intent(in) :: pressure(:), reach(:)
     !> Horizontally and vertically (2), (corners, 2).
     real(wp), intent(out) :: factor(2), by_pressure(:, :)
@@ -135,7 +135,7 @@ contains
   !> Returns the warning of curves steeper than the cells resolve; empty where there is none.
   pure function sharp_note(phase, alpha, reach) result(text)
     character(len=*), intent(in) :: phase
-    !> Of the cells: alpha, and the smallest height over which it is resolved.
+    !> Values of alpha of the cells, and the smallest height over which each is resolved.
     real(wp), intent(in) :: alpha(:), reach(:)
     character(len=:), allocatable :: text
     integer :: worst

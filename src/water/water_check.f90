@@ -145,7 +145,7 @@ contains
     end associate
   end subroutine check_reach
 
-  !> Checks that a line is horizontal or falls over more than the box of a point, over which its slope is averaged.
+  !> Checks that no steep fall of a line is within the box of a point, over which its slope is averaged.
   subroutine check_falls(model, level, tables, diagnostics)
     type(model_type), intent(in) :: model
     type(water_level_type), intent(in) :: level

@@ -1,5 +1,5 @@
-!> Keywords of the mesh. *GRID: lines along the axes, from segments with graded spacing or from a list; *REFINE of
-!> body-fitted triangles. *MESH (a file), *NODE and *ELEMENT (in the deck).
+!> Keywords of the mesh: *GRID, lines along the axes from segments with graded spacing or from a list; *REFINE of
+!> body-fitted triangles; *MESH (a file), *NODE and *ELEMENT (in the deck).
 module qsmpm_deck_mesh
   use qsmpm_kinds, only: wp, long
   use qsmpm_mesh_description, only: mesh_source_type, mesh_fitted, mesh_grid, diagonal_random, mesh_file, mesh_inline
