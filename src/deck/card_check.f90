@@ -1,11 +1,11 @@
-!> The strict check of a card against its entry in the keyword table: parameters first, then data lines. Defaults are
-!> filled in, so that the reader need not know them.
+!> Strict check of a card against its entry in the keyword table: parameters first, then data lines. Defaults are filled
+!> in, so that the reader need not know them.
 !>
-!> Data lines may be given by name: `E50ref=3e4, phi'=30` in any order and on any number of lines for the one data line
-!> of a card, row by row where a card has many. Values without a name may stand before them, in the order of the
-!> columns. Names are compared without capitals, blanks, underscores, primes, stars, points and carets; what is no
-!> column then may be one with the endings ref, ur, rm, unsat, x of other programs (E50ref, nu_ur, E_rm, gamma_unsat,
-!> k_x), or another name that the column has.
+!> Data lines may be given by name: `E50ref=3e4, phi'=30` in any order and on any number of lines for the single data
+!> line of a card, row by row where a card has several. Values without a name may precede them, in the order of the
+!> columns. Names are compared without regard to capitals, blanks, underscores, primes, stars, points and carets. A name
+!> that is not a column may match one with the suffixes ref, ur, rm, unsat, x of other programs (E50ref, nu_ur, E_rm,
+!> gamma_unsat, k_x), or an alternative name of the column.
 module qsmpm_card_check
   use qsmpm_text, only: did_you_mean, string_type, add_word, split, integer_text, squeezed, upper
   use qsmpm_cards, only: card_type, parameter_type
@@ -23,7 +23,7 @@ module qsmpm_card_check
 
 contains
 
-  !> Check a card and fill in its defaults.
+  !> Checks a card and fills in its defaults.
   subroutine check_card(entry, state)
     type(keyword_type), intent(in) :: entry
     type(deck_state_type), intent(inout) :: state
@@ -35,7 +35,7 @@ contains
     call check_data(entry, state)
   end subroutine check_card
 
-  !> Every parameter is known and given once; every required one is given.
+  !> Checks that every parameter is known and given once and that every required one is given.
   subroutine check_names(entry, state)
     type(keyword_type), intent(in) :: entry
     type(deck_state_type), intent(inout) :: state
@@ -52,7 +52,7 @@ contains
         if (len(name) == 0) then
           call state%refuse('empty parameter between commas')
         else if (parameter_number(entry, name) == 0) then
-          ! What is said of a parameter that the entry does not have.
+          ! Message on a parameter that the entry does not have.
           sentence = renamed(entry%name, name)
           if (len(sentence) > 0) then
             sentence = 'parameter '//name//' is now '//sentence//by_converter
@@ -72,7 +72,7 @@ contains
     end do
   end subroutine check_names
 
-  !> Number of a parameter in the entry, 0 when it has none of the name.
+  !> Returns the number of a parameter in the entry, 0 if there is none of the name.
   pure integer function parameter_number(entry, name) result(number)
     type(keyword_type), intent(in) :: entry
     character(len=*), intent(in) :: name
@@ -81,7 +81,7 @@ contains
     number = findloc([(entry%parameters(i)%name == name, i=1, size(entry%parameters))], .true., dim=1)
   end function parameter_number
 
-  !> Every value is of its kind and in its range; a bad one is replaced by the default.
+  !> Checks that every value is of its kind and within its range; a wrong one is replaced by the default.
   subroutine check_values(entry, state)
     type(keyword_type), intent(in) :: entry
     type(deck_state_type), intent(inout) :: state
@@ -111,7 +111,7 @@ contains
     end do
   end subroutine check_values
 
-  !> Parameters that are not given get their defaults, or an empty value.
+  !> Sets parameters that are not given to their defaults, or to an empty value.
   pure subroutine fill_defaults(entry, card)
     type(keyword_type), intent(in) :: entry
     type(card_type), intent(inout) :: card
@@ -127,7 +127,7 @@ contains
     end do
   end subroutine fill_defaults
 
-  !> No parameter is given that has no meaning beside the others.
+  !> Checks that no parameter is given that has no meaning in combination with the others.
   subroutine check_context(entry, state)
     type(keyword_type), intent(in) :: entry
     type(deck_state_type), intent(inout) :: state
@@ -149,7 +149,7 @@ contains
     end do
   end subroutine check_context
 
-  !> Data lines are as many and of the form the card wants.
+  !> Checks number and form of the data lines.
   subroutine check_data(entry, state)
     type(keyword_type), intent(in) :: entry
     type(deck_state_type), intent(inout) :: state
@@ -178,7 +178,7 @@ contains
     end associate
   end subroutine check_data
 
-  !> One data line against the columns.
+  !> Checks one data line against the columns.
   subroutine check_row(lines, i, state)
     type(data_type), intent(in) :: lines
     integer, intent(in) :: i
@@ -208,10 +208,10 @@ contains
     end do
   end subroutine check_row
 
-  !> Least and largest number of items of a data line.
+  !> Determines the smallest and largest number of items of a data line.
   pure subroutine allowed_count(lines, dimension, least, most)
     type(data_type), intent(in) :: lines
-    !> 2, 3 or 0 when unknown.
+    !> 2, 3 or 0 if unknown.
     integer, intent(in) :: dimension
     integer, intent(out) :: least, most
     integer :: c, perhaps
@@ -230,7 +230,7 @@ contains
     end do
   end subroutine allowed_count
 
-  !> Whether a column belongs to models of a dimension.
+  !> Checks whether a column belongs to models of a dimension.
   pure logical function used(column, dimension)
     type(item_type), intent(in) :: column
     integer, intent(in) :: dimension
@@ -238,7 +238,7 @@ contains
     used = .not. (column%third .and. dimension == 2)
   end function used
 
-  !> Names of the columns for a message.
+  !> Returns the names of the columns for a message.
   pure function column_list(lines, dimension) result(text)
     type(data_type), intent(in) :: lines
     integer, intent(in) :: dimension
@@ -258,7 +258,7 @@ contains
     end do
   end function column_list
 
-  !> Whether the columns of data lines may be given by name.
+  !> Checks whether the columns of data lines may be given by name.
   pure logical function may_be_named(lines)
     type(data_type), intent(in) :: lines
     integer :: c
@@ -272,7 +272,7 @@ contains
     end do
   end function may_be_named
 
-  !> Put what is given by name into the order of the columns; such rows are checked here.
+  !> Arranges items given by name in the order of the columns; such rows are checked here.
   subroutine order_named_items(lines, state)
     type(data_type), intent(in) :: lines
     type(deck_state_type), intent(inout) :: state
@@ -292,7 +292,7 @@ contains
     end do
   end subroutine order_named_items
 
-  !> Whether a row has a name in it.
+  !> Checks whether a row contains a name.
   pure logical function is_named(card, row)
     type(card_type), intent(in) :: card
     integer, intent(in) :: row
@@ -301,7 +301,7 @@ contains
     is_named = any([(index(card%rows(row)%items(k)%text, '=') > 0, k=1, size(card%rows(row)%items))])
   end function is_named
 
-  !> Some rows as one in the order of the columns, in the place of the first of them; what must be given is.
+  !> Combines several rows into one in the order of the columns, in place of the first, and checks required columns.
   subroutine order_rows(columns, first, last, state)
     type(item_type), intent(in) :: columns(:)
     integer, intent(in) :: first, last
@@ -327,14 +327,14 @@ contains
     state%card%rows(first)%items = values
   end subroutine order_rows
 
-  !> The items of a row; those behind a name have one.
+  !> Takes the items of a row; after the first name all items must be named.
   subroutine take_row(columns, row, named_before, state, values)
     type(item_type), intent(in) :: columns(:)
     integer, intent(in) :: row
-    !> Names are wanted from the first item on.
+    !> Names are required from the first item on.
     logical, intent(in) :: named_before
     type(deck_state_type), intent(inout) :: state
-    !> As text, empty where there is none yet (columns).
+    !> Values as text, empty where not yet given (columns).
     type(string_type), intent(inout) :: values(:)
     character(len=:), allocatable :: text, problem
     integer :: k, column, equals
@@ -361,13 +361,13 @@ contains
     end do
   end subroutine take_row
 
-  !> A value of a column.
+  !> Takes the value of a column.
   subroutine take_value(column, text, value, problem)
     type(item_type), intent(in) :: column
     character(len=*), intent(in) :: text
-    !> That of before, empty for none, and then this one.
+    !> Previous value, empty if none; replaced by this one.
     character(len=:), allocatable, intent(inout) :: value
-    !> Empty for none.
+    !> Empty if none.
     character(len=:), allocatable, intent(out) :: problem
 
     if (len(value) > 0) then
@@ -379,7 +379,7 @@ contains
     if (len(text) > 0) problem = value_problem(column, text)
   end subroutine take_value
 
-  !> Column of a name, 0 where there is none.
+  !> Returns the column of a name, 0 if there is none.
   pure integer function column_of(columns, name) result(c)
     type(item_type), intent(in) :: columns(:)
     character(len=*), intent(in) :: name
@@ -401,7 +401,7 @@ contains
     c = 0
   end function column_of
 
-  !> Capitals, without blanks, underscores, primes, stars, points and carets.
+  !> Returns a name in capitals, without blanks, underscores, primes, stars, points and carets.
   pure function plain_name(name) result(plain)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: plain
@@ -414,7 +414,7 @@ contains
     plain = upper(plain)
   end function plain_name
 
-  !> What is said of a name that no column has.
+  !> Returns the message on a name that matches no column.
   pure function unknown_name(columns, card, name) result(sentence)
     type(item_type), intent(in) :: columns(:)
     type(card_type), intent(in) :: card
@@ -434,7 +434,7 @@ contains
     sentence = "unknown name '"//name//"'"//did_you_mean(name, known)//'; there are '//names_of(columns)
   end function unknown_name
 
-  !> Names of columns for a message.
+  !> Returns the names of columns for a message.
   pure function names_of(columns) result(text)
     type(item_type), intent(in) :: columns(:)
     character(len=:), allocatable :: text

@@ -1,18 +1,18 @@
-!> One description of a card: a procedure whose lines bind the name of each parameter and column to a component of the
-!> deck and say its words or range and its sentence. It is handed a visitor (qsmpm_card_visitors), which describes the
-!> fields in the table of keywords, reads a card into the components, or writes them as a card; none of the visitors
-!> knows any parameter.
+!> Description of a card: one procedure whose statements bind the name of each parameter and column to a component of
+!> the deck and define its allowed words or range and its help sentence. It is called with a visitor
+!> (qsmpm_card_visitors), which describes the fields in the keyword table, reads a card into the components, or writes
+!> them as a card. The visitors do not know any parameter.
 !>
 !>     subroutine weight_fields(fields, deck)
 !>       associate (material => deck%analysis%materials(deck%material))
 !>         call fields%data('weight')
 !>         call fields%number('gamma', material%unit_weight, 'weight per volume', range='[0, inf)')
 !>
-!> Parameters come first. `data` or `list` begins data lines: what follows are their columns, in order, up to the next;
-!> where there is a number of rows, `row` begins each. `table` is data lines of numbers with their columns. A parameter
-!> may be left out unless it is `required`, a column only where `required` is false. The default of a parameter is the
-!> value the component has in a deck nothing was read into. A number outside its range and a choice that is none of its
-!> words are not set: they have no default and are not written.
+!> Parameters come first. `data` or `list` begins data lines: the statements after it are their columns, in order, up to
+!> the next; where there is a number of rows, `row` begins each. `table` defines data lines of numbers with their
+!> columns. A parameter is optional unless it is `required`, a column only if `required` is false. The default of a
+!> parameter is the value of the component in an empty deck. A number outside its range and a choice that is none of its
+!> words count as not set: they have no default and are not written.
 module qsmpm_card_fields
   use qsmpm_kinds, only: wp
   use qsmpm_source_line, only: source_line_type
@@ -25,24 +25,24 @@ module qsmpm_card_fields
 
   public :: card_fields_type, column_type
 
-  !> A column of a table of numbers.
+  !> Column of a table of numbers.
   type :: column_type
     character(len=8) :: name
     character(len=100) :: sentence
-    !> Of models in space only.
+    !> Only in 3D models.
     logical :: third = .false.
     character(len=12) :: range = ''
   end type column_type
 
-  !> What goes over the fields of a card; of the card of a soil law as that law says (qsmpm_law_parameters).
+  !> Visitor of the fields of a card; cards of soil laws are described by the law (qsmpm_law_parameters).
   type, abstract, extends(field_visitor_type) :: card_fields_type
-    !> Of the card.
+    !> Keyword of the card.
     character(len=:), allocatable :: keyword
-    !> A card is read into the components, or written of them; neither where it is described.
+    !> A card is read into the components, or written from them; both false where it is described.
     logical :: reading = .false., writing = .false.
-    !> There is no such card to write.
+    !> The card is not present and is not written.
     logical :: left_out = .false.
-    !> The card that is read has the last parameter or column.
+    !> The card read contains the last parameter or column.
     logical :: met = .false.
     !> Card or data line that is read.
     type(source_line_type) :: here
@@ -58,17 +58,16 @@ module qsmpm_card_fields
   end type card_fields_type
 
   abstract interface
-    !> Take part in what is said of one field.
+    !> Processes one field.
     subroutine visit_interface(self, item, text)
       import :: card_fields_type, item_type
       class(card_fields_type), intent(inout) :: self
       type(item_type), intent(in) :: item
-      !> Its value, empty where it is not set; a visitor that reads puts another in its place.
+      !> Value of the field, empty if not set; a visitor that reads replaces it.
       character(len=:), allocatable, intent(inout) :: text
     end subroutine visit_interface
 
-    !> Take part in what is said of a column that is repeated: all that is left of the row, or, where rows are not
-    !> counted, of all rows.
+    !> Processes a repeated column: the rest of the row or, where rows are not counted, of all rows.
     subroutine visit_all_interface(self, item, texts)
       import :: card_fields_type, item_type, string_type
       class(card_fields_type), intent(inout) :: self
@@ -76,7 +75,7 @@ module qsmpm_card_fields
       type(string_type), allocatable, intent(inout) :: texts(:)
     end subroutine visit_all_interface
 
-    !> Begin data lines.
+    !> Begins data lines.
     subroutine begin_interface(self, data, rows)
       import :: card_fields_type, data_type
       class(card_fields_type), intent(inout) :: self
@@ -84,7 +83,7 @@ module qsmpm_card_fields
       integer, intent(inout), optional :: rows
     end subroutine begin_interface
 
-    !> Begin a row of data lines that are counted.
+    !> Begins a row of counted data lines.
     subroutine row_interface(self, number)
       import :: card_fields_type
       class(card_fields_type), intent(inout) :: self
@@ -94,7 +93,7 @@ module qsmpm_card_fields
 
 contains
 
-  !> Whether there is the card: true once one was read; where it is false none is written.
+  !> Binds the presence of the card: true once it was read; if false, it is not written.
   subroutine given(self, yes)
     class(card_fields_type), intent(inout) :: self
     logical, intent(inout) :: yes
@@ -103,7 +102,7 @@ contains
     if (self%reading) yes = .true.
   end subroutine given
 
-  !> Where there is no such card none is written.
+  !> Marks a card that is not present, so that it is not written.
   subroutine there(self, yes)
     class(card_fields_type), intent(inout) :: self
     logical, intent(in) :: yes
@@ -111,7 +110,7 @@ contains
     if (self%writing) self%left_out = .not. yes
   end subroutine there
 
-  !> Where the card or data line was written.
+  !> Binds the position of the card or data line in the deck.
   subroutine line(self, where)
     class(card_fields_type), intent(inout) :: self
     type(source_line_type), intent(inout) :: where
@@ -119,7 +118,7 @@ contains
     if (self%reading) where = self%here
   end subroutine line
 
-  !> What the fields have in common.
+  !> Sets the properties common to all fields.
   subroutine make_item(self, item, name, kind, sentence, allowed, range, needs, required)
     class(card_fields_type), intent(in) :: self
     type(item_type), intent(out) :: item
@@ -145,7 +144,7 @@ contains
     if (present(required)) item%required = required
   end subroutine make_item
 
-  !> A whole number; `none` is the word for 0.
+  !> Binds an integer; `none` is the word for 0.
   subroutine whole(self, name, value, sentence, range, needs, required, none)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
@@ -166,16 +165,16 @@ contains
     call read_integer(text, value, outcome)
   end subroutine whole
 
-  !> A number; `none` is the word for one that is huge. One without a range is not set where `given` is false.
+  !> Binds a real; `none` is the word for huge. One without a range is not set if `given` is false.
   subroutine number(self, name, value, sentence, range, needs, required, none, given, third, also)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     real(wp), intent(inout) :: value
-    !> `also`: another name of a column.
+    !> `also`: alternative name of a column.
     character(len=*), intent(in), optional :: range, needs, none, also
     logical, intent(in), optional :: required
     logical, intent(inout), optional :: given
-    !> A column of models in space only.
+    !> Column of 3D models only.
     logical, intent(in), optional :: third
     type(item_type) :: item
     character(len=:), allocatable :: text
@@ -203,12 +202,12 @@ contains
     end if
   end subroutine number
 
-  !> Columns of a vector or a place: `head` and `tail` stand around the letter of the axis.
+  !> Binds the columns of a vector or a place: `head` and `tail` enclose the letter of the axis.
   subroutine vector(self, head, values, sentence, others, tail)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: head, sentence
     real(wp), intent(inout) :: values(3)
-    !> `others`: what is said of the second and third column, where not the same.
+    !> `others`: sentence of the second and third column, if different.
     character(len=*), intent(in), optional :: others, tail
     character(len=:), allocatable :: said, behind
     integer :: i
@@ -222,12 +221,12 @@ contains
     end do
   end subroutine vector
 
-  !> One of several words, kept as its number.
+  !> Binds a choice among words, stored as its number.
   subroutine choice(self, name, value, words, sentence, first, needs, required, open, excludes)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     integer, intent(inout) :: value
-    !> With bars between them.
+    !> Separated by bars.
     character(len=*), intent(in) :: words
     !> Number of the first word, 1 when not given.
     integer, intent(in), optional :: first
@@ -247,12 +246,12 @@ contains
     if (i > 0) value = before + i
   end subroutine choice
 
-  !> One of several words, kept as it is.
+  !> Binds a choice among words, stored as text.
   subroutine word(self, name, value, words, sentence, needs, required, open, excludes)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     character(len=:), allocatable, intent(inout) :: value
-    !> With bars between them.
+    !> Separated by bars.
     character(len=*), intent(in) :: words
     character(len=*), intent(in), optional :: needs, excludes
     logical, intent(in), optional :: required, open
@@ -265,14 +264,14 @@ contains
     call self%visit(item, value)
   end subroutine word
 
-  !> NO or YES, or two other words.
+  !> Binds a choice of NO or YES, or of two other words.
   subroutine answer(self, name, value, sentence, needs, open, words)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     logical, intent(inout) :: value
-    !> `words` with a bar between them.
+    !> `words` separated by a bar.
     character(len=*), intent(in), optional :: needs, words
-    !> Without a default: where it is not given other parameters decide.
+    !> Without a default: if it is not given, other parameters decide.
     logical, intent(in), optional :: open
     character(len=:), allocatable :: both
     integer :: position
@@ -284,7 +283,7 @@ contains
     value = position == 2
   end subroutine answer
 
-  !> A parameter without a value: it is there or not.
+  !> Binds a parameter without a value, which is given or not.
   subroutine flag(self, name, value, sentence, needs, excludes)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
@@ -301,7 +300,7 @@ contains
     value = len(text) > 0
   end subroutine flag
 
-  !> A name, of a set, a body, a material.
+  !> Binds the name of a set, a body or a material.
   subroutine visit_name(self, name, value, sentence, needs, required)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
@@ -316,7 +315,7 @@ contains
     value = squeezed(value)
   end subroutine visit_name
 
-  !> A file by its path.
+  !> Binds a file by its path.
   subroutine file(self, name, value, sentence, needs, required)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
@@ -330,16 +329,16 @@ contains
     call self%visit(item, value)
   end subroutine file
 
-  !> Begin data lines: one, unless a least and a largest number are given.
+  !> Begins data lines: one, unless a smallest and a largest number are given.
   subroutine data(self, sentence, minimum, maximum, when, free, rows)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: sentence
     !> huge(1) for any number.
     integer, intent(in), optional :: minimum, maximum
-    !> Condition under which they are these.
+    !> Condition under which these data lines apply.
     character(len=*), intent(in), optional :: when
     logical, intent(in), optional :: free
-    !> Number of rows: of the card where it is read, 1 where it is described; each begins by `row`.
+    !> Number of rows: that of the card when it is read, 1 when it is described; each begins by `row`.
     integer, intent(inout), optional :: rows
     type(data_type) :: lines
 
@@ -354,14 +353,14 @@ contains
     call self%begin_data(lines, rows)
   end subroutine data
 
-  !> Data lines that are a table of numbers.
+  !> Binds data lines that form a table of numbers.
   subroutine table(self, sentence, columns, values, when)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: sentence
     type(column_type), intent(in) :: columns(:)
     !> (columns, rows)
     real(wp), allocatable, intent(inout) :: values(:, :)
-    !> As of `data`.
+    !> As for `data`.
     character(len=*), intent(in), optional :: when
     integer :: rows, i, k
 
@@ -381,18 +380,18 @@ contains
     end do
   end subroutine table
 
-  !> Begin data lines that are items of a list, one a row; where there is none there is no card.
+  !> Begins data lines that are the items of a list, one per row; without items the card is not written.
   subroutine list(self, sentence, count)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: sentence
-    !> Items there are; those of the card where it is read, 1 where it is described.
+    !> Number of items; that of the card when it is read, 1 when it is described.
     integer, intent(inout) :: count
 
     call self%there(count > 0)
     call self%data(sentence, 1, huge(1), rows=count)
   end subroutine list
 
-  !> A number of a soil law.
+  !> Binds a number of a soil law.
   subroutine law_number(self, name, value, sentence, range, required)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
@@ -403,7 +402,7 @@ contains
     call self%number(name, value, sentence, range, required=required)
   end subroutine law_number
 
-  !> A choice of a soil law.
+  !> Binds a choice of a soil law.
   subroutine law_choice(self, name, value, words, sentence)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
@@ -413,7 +412,7 @@ contains
     call self%choice(name, value, words, sentence)
   end subroutine law_choice
 
-  !> The data line of a soil law.
+  !> Begins the data line of a soil law.
   subroutine law_data(self, name)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name
@@ -421,7 +420,7 @@ contains
     call self%data(name)
   end subroutine law_data
 
-  !> All numbers of the data lines.
+  !> Binds all numbers of the data lines.
   subroutine numbers(self, name, values, sentence, range)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
@@ -446,7 +445,7 @@ contains
     end do
   end subroutine numbers
 
-  !> All whole numbers of the data lines.
+  !> Binds all integers of the data lines.
   subroutine labels(self, name, values, sentence, range)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
@@ -471,7 +470,7 @@ contains
     end do
   end subroutine labels
 
-  !> Words to the end of the row.
+  !> Binds the words to the end of the row.
   subroutine words(self, name, list, allowed, sentence)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, allowed, sentence
@@ -482,7 +481,7 @@ contains
     call self%visit_all(item, list)
   end subroutine words
 
-  !> A data line that is no list of columns, as it is written; read by what comes after the fields.
+  !> Binds a data line as it is written, without columns; the procedure that finishes the card reads it.
   subroutine raw(self, text)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: text

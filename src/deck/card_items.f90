@@ -1,6 +1,7 @@
-!> What a card may say, in words that serve the strict check of decks, `qsmpm help` and the deck reference alike: its
-!> parameters and the columns of its data lines (items), with ranges and conditions. Ranges are written as in
-!> mathematics: '(0, 0.5]', '[1, inf)'. Conditions are 'NAME' (given) or 'NAME=A|B' (value, given or default).
+!> Description of what a card may contain, in words that serve the strict check of decks, `qsmpm help` and the deck
+!> reference alike: its parameters and the columns of its data lines (items), with ranges and conditions. Ranges are
+!> written in mathematical notation: '(0, 0.5]', '[1, inf)'. Conditions are 'NAME' (given) or 'NAME=A|B' (value, given
+!> or default).
 module qsmpm_card_items
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: string_type, word_place, stripped, split, read_real, read_integer, did_you_mean, replaced, &
@@ -11,46 +12,46 @@ module qsmpm_card_items
 
   public :: item_type, data_type, append_item, append_data, value_text, value_problem, in_range, holds
 
-  !> What a value is.
+  !> Kinds of values.
   integer, parameter, public :: kind_word = 1, kind_name = 2, kind_file = 3, kind_integer = 4, kind_real = 5, &
     kind_flag = 6
 
-  !> A parameter or a column of data lines.
+  !> Parameter or column of data lines.
   type :: item_type
     character(len=:), allocatable :: name, sentence
-    !> Name of the column in other programs, where that is quite another.
+    !> Name of the column in other programs, if entirely different.
     character(len=:), allocatable :: other_name
     integer :: kind = kind_word
-    !> Words with bars between them; for numbers the words that may stand in their place.
+    !> Words separated by bars; for numbers, words that may be given instead.
     character(len=:), allocatable :: allowed
-    !> Written out, empty when there is none.
+    !> As text, empty if there is none.
     character(len=:), allocatable :: default
     character(len=:), allocatable :: range
-    !> Condition under which the parameter has a meaning, and parameters it excludes.
+    !> Condition under which the parameter has a meaning, and parameters that it excludes.
     character(len=:), allocatable :: needs, excludes
     logical :: required = .false.
-    !> Column: any number of times at the end of the line; only (and always) in 3D.
+    !> Column: may be repeated at the end of the line; required in 3D and absent otherwise.
     logical :: repeated = .false.
     logical :: third = .false.
-    !> Of the data lines.
+    !> The item is a column of data lines.
     logical :: is_column = .false.
-    !> Without a default: where it is not given other parameters decide.
+    !> Without a default: if it is not given, other parameters decide.
     logical :: open = .false.
   end type item_type
 
   !> Data lines of a card.
   type :: data_type
-    !> Condition under which they are these; the first that holds counts.
+    !> Condition under which these data lines apply; the first that holds counts.
     character(len=:), allocatable :: when, sentence
     integer :: minimum = 1, maximum = 1
-    !> Not made of columns: what comes after the fields checks them.
+    !> Not made of columns: the procedure that finishes the card checks them.
     logical :: free = .false.
     type(item_type), allocatable :: columns(:)
   end type data_type
 
 contains
 
-  !> Put an item at the end of a list.
+  !> Appends an item to a list.
   pure subroutine append_item(list, item)
     type(item_type), allocatable, intent(inout) :: list(:)
     type(item_type), intent(in) :: item
@@ -59,7 +60,7 @@ contains
     list = [list, item]
   end subroutine append_item
 
-  !> Put data lines at the end of a list.
+  !> Appends data lines to a list.
   pure subroutine append_data(list, data)
     type(data_type), allocatable, intent(inout) :: list(:)
     type(data_type), intent(in) :: data
@@ -68,7 +69,7 @@ contains
     list = [list, data]
   end subroutine append_data
 
-  !> What the value of a parameter may be.
+  !> Returns the allowed values of a parameter as text.
   pure function value_text(item) result(text)
     type(item_type), intent(in) :: item
     character(len=:), allocatable :: text
@@ -90,7 +91,7 @@ contains
     if (item%kind /= kind_word .and. len(item%allowed) > 0) text = text//'|'//item%allowed
   end function value_text
 
-  !> What is wrong with a value, empty when nothing is.
+  !> Returns the fault of a value, empty if there is none.
   pure function value_problem(item, value) result(problem)
     type(item_type), intent(in) :: item
     character(len=*), intent(in) :: value
@@ -111,7 +112,7 @@ contains
     end select
   end function value_problem
 
-  !> What is wrong with a number, empty when nothing is.
+  !> Returns the fault of a number, empty if there is none.
   pure function number_problem(item, value) result(problem)
     type(item_type), intent(in) :: item
     character(len=*), intent(in) :: value
@@ -140,7 +141,7 @@ contains
     end select
   end function number_problem
 
-  !> Whether a number is in a range.
+  !> Checks whether a number is within a range.
   pure logical function in_range(value, range)
     real(wp), intent(in) :: value
     !> '(0, 0.5]'; empty: any number.
@@ -164,7 +165,7 @@ contains
     end if
   end function in_range
 
-  !> Whether a condition holds for a card whose defaults are filled in.
+  !> Checks whether a condition holds for a card whose defaults are filled in.
   pure logical function holds(card, condition)
     type(card_type), intent(in) :: card
     !> 'NAME', 'NAME=A|B' or empty.

@@ -1,6 +1,6 @@
-!> What is done with the fields of a card (qsmpm_card_fields): the table of keywords is given them, a card is read into
-!> them, a card is written of them. Nothing here knows any card. Text of an echo deck grows line by line; its numbers
-!> read back to the same bits.
+!> Visitors of the fields of a card (qsmpm_card_fields): one describes them for the keyword table, one reads a card into
+!> them, one writes a card from them. Nothing here depends on a particular card. The text of an echo deck grows line by
+!> line; its numbers read back to the same bits.
 module qsmpm_card_visitors
   use qsmpm_text, only: string_type, upper, squeezed, newline, real_text
   use qsmpm_cards, only: card_type, parameter_type
@@ -14,10 +14,10 @@ module qsmpm_card_visitors
 
   public :: describer_type, card_reader_type, writer_type, reader, writer, echo_type, numbers
 
-  !> Room that is made at once, so that long decks are not copied for every line.
+  !> Size of an allocation, so that long decks are not copied for every line.
   integer, parameter :: block = 65536
 
-  !> The text so far: `text(:length)`.
+  !> Text so far: `text(:length)`.
   type :: echo_type
     integer :: length = 0
     character(len=:), allocatable :: text
@@ -25,7 +25,7 @@ module qsmpm_card_visitors
     procedure :: line
   end type echo_type
 
-  !> Describes the fields: parameters and data lines, which the check of cards, help and the deck reference go by.
+  !> Visitor that describes the fields: parameters and data lines for the check of cards, help and the deck reference.
   type, extends(card_fields_type) :: describer_type
     type(item_type), allocatable :: parameters(:)
     type(data_type), allocatable :: lines(:)
@@ -36,16 +36,16 @@ module qsmpm_card_visitors
     procedure :: row => describe_row
   end type describer_type
 
-  !> Reads a checked card, its defaults filled in.
+  !> Visitor that reads a checked card with its defaults filled in.
   type, extends(card_fields_type) :: card_reader_type
     private
     type(card_type) :: card
-    !> The data lines of the card are those that were begun; some of them have been found.
+    !> The current data lines are those of the card; the data lines of the card have been found.
     logical :: active = .false., found = .false.
     logical :: counted = .false.
-    !> The model is plane: columns of space alone are not there.
+    !> The model is plane: columns of 3D models are absent.
     logical :: plane = .false.
-    !> Row and columns of it read so far.
+    !> Row, and number of its columns read so far.
     integer :: current = 1, columns = 0
   contains
     procedure :: visit => read_field
@@ -54,7 +54,7 @@ module qsmpm_card_visitors
     procedure :: row => read_row
   end type card_reader_type
 
-  !> Writes a card with every value that is set and has a meaning.
+  !> Visitor that writes a card with every value that is set and has a meaning.
   type, extends(card_fields_type) :: writer_type
     private
     type(card_type) :: card
@@ -62,9 +62,9 @@ module qsmpm_card_visitors
     logical :: active = .false., found = .false.
     logical :: counted = .false.
     logical :: plane = .false.
-    !> A column of the row has no value: those behind it are named.
+    !> A column of the row has no value: those after it are named.
     logical :: named = .false.
-    !> Rows that are complete, and the one that is not.
+    !> Complete rows, and the incomplete one.
     type(echo_type) :: rows
     character(len=:), allocatable :: current
   contains
@@ -72,14 +72,14 @@ module qsmpm_card_visitors
       raw => write_raw, finish
   end type writer_type
 
-  !> Characters after which the keyword line of a written card goes on in another one.
+  !> Length of a keyword line after which a written card continues on the next line.
   integer, parameter :: line_end = 100
-  !> Reals and whole numbers of a data line of many.
+  !> Reals and integers of a long list in one data line.
   integer, parameter :: reals_in_a_line = 6, integers_in_a_line = 10
 
 contains
 
-  !> Describe a field.
+  !> Describes a field.
   subroutine describe(self, item, text)
     class(describer_type), intent(inout) :: self
     type(item_type), intent(in) :: item
@@ -95,7 +95,7 @@ contains
     end if
   end subroutine describe
 
-  !> Describe a column that is repeated.
+  !> Describes a repeated column.
   subroutine describe_all(self, item, texts)
     class(describer_type), intent(inout) :: self
     type(item_type), intent(in) :: item
@@ -108,7 +108,7 @@ contains
     if (.not. allocated(texts)) allocate (texts(0))
   end subroutine describe_all
 
-  !> Describe data lines.
+  !> Describes data lines.
   subroutine describe_data(self, data, rows)
     class(describer_type), intent(inout) :: self
     type(data_type), intent(in) :: data
@@ -118,7 +118,7 @@ contains
     if (present(rows)) rows = 1
   end subroutine describe_data
 
-  !> All rows have the same columns.
+  !> Does nothing, as all rows have the same columns.
   subroutine describe_row(self, number)
     class(describer_type), intent(inout) :: self
     integer, intent(in) :: number
@@ -126,10 +126,10 @@ contains
     self%left_out = number > 1
   end subroutine describe_row
 
-  !> A visitor that reads a card.
+  !> Returns a visitor that reads a card.
   pure function reader(card, dimension)
     type(card_type), intent(in) :: card
-    !> 2 or 3; 0 where it is not known.
+    !> 2 or 3; 0 if unknown.
     integer, intent(in) :: dimension
     type(card_reader_type) :: reader
 
@@ -140,7 +140,7 @@ contains
     reader%here = source_line(card%place)
   end function reader
 
-  !> Read a field.
+  !> Reads a field.
   subroutine read_field(self, item, text)
     class(card_reader_type), intent(inout) :: self
     type(item_type), intent(in) :: item
@@ -159,7 +159,7 @@ contains
     end if
   end subroutine read_field
 
-  !> Read a column; one that is missing or of a wrong data line leaves what was there.
+  !> Reads a column; one that is missing or in a wrong data line leaves the previous value.
   subroutine read_column(self, item, text)
     type(card_reader_type), intent(inout) :: self
     type(item_type), intent(in) :: item
@@ -177,7 +177,7 @@ contains
     end associate
   end subroutine read_column
 
-  !> Read what is left of a row, or all rows.
+  !> Reads the rest of a row, or all rows.
   subroutine read_all(self, item, texts)
     class(card_reader_type), intent(inout) :: self
     type(item_type), intent(in) :: item
@@ -198,7 +198,7 @@ contains
 
   contains
 
-    !> Count items, then keep them.
+    !> Counts items in the first pass, stores them in the second.
     subroutine take(items)
       type(string_type), intent(in) :: items(:)
       integer :: k
@@ -212,7 +212,7 @@ contains
     end subroutine take
   end subroutine read_all
 
-  !> Begin data lines: they are those of the card when they are the first whose condition holds.
+  !> Begins data lines: they are those of the card if they are the first whose condition holds.
   subroutine read_data(self, data, rows)
     class(card_reader_type), intent(inout) :: self
     type(data_type), intent(in) :: data
@@ -226,7 +226,7 @@ contains
     if (present(rows)) rows = merge(size(self%card%rows), 0, self%active)
   end subroutine read_data
 
-  !> Begin a row.
+  !> Begins a row.
   subroutine read_row(self, number)
     class(card_reader_type), intent(inout) :: self
     integer, intent(in) :: number
@@ -236,7 +236,7 @@ contains
     self%here = source_line(self%card%rows(number)%place)
   end subroutine read_row
 
-  !> A visitor that writes a card.
+  !> Returns a visitor that writes a card.
   pure function writer(keyword, dimension)
     character(len=*), intent(in) :: keyword
     !> 2 or 3.
@@ -251,7 +251,7 @@ contains
     writer%writing = .true.
   end function writer
 
-  !> Write a field.
+  !> Writes a field.
   subroutine write_field(self, item, text)
     class(writer_type), intent(inout) :: self
     type(item_type), intent(in) :: item
@@ -267,7 +267,7 @@ contains
     end if
   end subroutine write_field
 
-  !> Give a card a parameter.
+  !> Adds a parameter to a card.
   pure subroutine add_parameter(card, name, value, has_value)
     type(card_type), intent(inout) :: card
     character(len=*), intent(in) :: name, value
@@ -280,7 +280,7 @@ contains
     card%parameters = [card%parameters, parameter]
   end subroutine add_parameter
 
-  !> Put an item at the end of the row.
+  !> Appends an item to the row.
   pure subroutine add_to_row(self, item, text)
     type(writer_type), intent(inout) :: self
     type(item_type), intent(in) :: item
@@ -295,7 +295,7 @@ contains
     end if
   end subroutine add_to_row
 
-  !> The row is complete.
+  !> Completes the row.
   pure subroutine end_row(self)
     type(writer_type), intent(inout) :: self
 
@@ -304,7 +304,7 @@ contains
     self%named = .false.
   end subroutine end_row
 
-  !> Write what is left of a row, or rows of all.
+  !> Writes the rest of a row, or rows of all values.
   subroutine write_all(self, item, texts)
     class(writer_type), intent(inout) :: self
     type(item_type), intent(in) :: item
@@ -319,7 +319,7 @@ contains
     end do
   end subroutine write_all
 
-  !> Begin data lines.
+  !> Begins data lines.
   subroutine write_data(self, data, rows)
     class(writer_type), intent(inout) :: self
     type(data_type), intent(in) :: data
@@ -331,7 +331,7 @@ contains
     if (present(rows) .and. .not. self%active) rows = 0
   end subroutine write_data
 
-  !> Begin a row.
+  !> Begins a row.
   subroutine write_row(self, number)
     class(writer_type), intent(inout) :: self
     integer, intent(in) :: number
@@ -339,7 +339,7 @@ contains
     if (number > 1) call end_row(self)
   end subroutine write_row
 
-  !> A data line as it is.
+  !> Writes a data line unchanged.
   subroutine write_raw(self, text)
     class(writer_type), intent(inout) :: self
     character(len=*), intent(in) :: text
@@ -347,7 +347,7 @@ contains
     call self%rows%line(text)
   end subroutine write_raw
 
-  !> Put the card into the echo.
+  !> Writes the card to the echo.
   subroutine finish(self, echo)
     class(writer_type), intent(inout) :: self
     type(echo_type), intent(inout) :: echo
@@ -374,7 +374,7 @@ contains
     if (self%rows%length > 0) call echo%line(self%rows%text(:self%rows%length - 1))
   end subroutine finish
 
-  !> Write a line.
+  !> Writes a line.
   pure subroutine line(self, text)
     class(echo_type), intent(inout) :: self
     character(len=*), intent(in) :: text
@@ -392,7 +392,7 @@ contains
     self%length = needed
   end subroutine line
 
-  !> Reals with commas between them.
+  !> Returns reals separated by commas.
   pure function numbers(values) result(text)
     real(wp), intent(in) :: values(:)
     character(len=:), allocatable :: text
@@ -405,7 +405,7 @@ contains
     end do
   end function numbers
 
-  !> A name or file as a value: in double quotes where it needs them.
+  !> Returns a name or file as a value, in double quotes where required.
   pure function quoted(name) result(text)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: text

@@ -1,10 +1,10 @@
-!> The deck as lines: *INCLUDE resolved, comments and empty lines left out, a line that ends in a comma joined with the
-!> next, each line with the place it was written at. Tabs, blanks at line ends, a missing last newline, lines of any
-!> length and what qsmpm_plain_text makes plain are accepted, but no item between two commas that is longer than any
+!> The deck as lines: *INCLUDE resolved, comments and empty lines omitted, a line that ends in a comma joined with the
+!> next, each line with its file and line number. Tabs, trailing blanks, a missing last newline, lines of any length and
+!> the characters that qsmpm_plain_text replaces are accepted, but no item between two commas that is longer than any
 !> word, path or sentence.
 !>
-!> Cards: a keyword line with its parameters, and the data lines below it. Cut from the lines of the deck without
-!> knowing any keyword; what they may say is checked elsewhere.
+!> A card is a keyword line with its parameters and the data lines below it. Cards are formed from the lines of the deck
+!> without knowledge of any keyword; their contents are checked elsewhere.
 module qsmpm_cards
   use qsmpm_text, only: string_type, stripped, squeezed, upper, split, without_return, integer_text, read_integer, &
     read_real
@@ -18,9 +18,9 @@ module qsmpm_cards
 
   public :: line_list_type, cut_lines, card_type, row_type, parameter_type, make_cards, whole_at, number_at, word_at
 
-  !> A line that says something.
+  !> Line that is neither empty nor a comment.
   type :: line_type
-    !> Stripped; the parts of a continued line joined.
+    !> Stripped; the parts of a continued line are joined.
     character(len=:), allocatable :: text
     type(line_origin_type) :: place
   end type line_type
@@ -29,56 +29,56 @@ module qsmpm_cards
   type :: line_list_type
     integer :: count = 0
     type(line_type), allocatable :: items(:)
-    !> Files being read, the deck first, and the line of the *INCLUDE that leads on.
+    !> Files being read, the deck first, and the line of the *INCLUDE that leads to the next.
     integer :: depth = 0
     type(line_origin_type), allocatable :: open(:)
-    !> The last line waits for its continuation.
+    !> The last line requires a continuation.
     logical :: continued = .false.
-    !> Inside *HEADING, where a comma at the end means nothing.
+    !> Inside *HEADING, where a comma at the end has no meaning.
     logical :: heading = .false.
-    !> A line with bytes of 0 was found.
+    !> A line with zero bytes was found.
     logical :: binary = .false.
-    !> Last line of the deck, for what is missing from it.
+    !> Last line of the deck, the position of messages on missing keywords.
     type(line_origin_type) :: last
   end type line_list_type
 
-  !> Files that include each other deeper than this are not a deck.
+  !> Largest depth of nested *INCLUDE.
   integer, parameter :: deepest = 20
   !> Longest item between two commas: twice the longest path of a file.
   integer, parameter :: longest_item = 8192
 
-  !> A parameter as written, or with its default.
+  !> Parameter as written, or with its default.
   type :: parameter_type
-    !> Capitals, blanks squeezed.
+    !> In capitals, blanks squeezed.
     character(len=:), allocatable :: name
-    !> Without the quotes around it.
+    !> Without enclosing quotes.
     character(len=:), allocatable :: value
-    !> An equals sign was written.
+    !> Given with an equals sign.
     logical :: has_value = .false.
     !> Written in the deck.
     logical :: given = .true.
   end type parameter_type
 
-  !> A data line.
+  !> Data line.
   type :: row_type
     type(line_origin_type) :: place
-    !> The line as it is (*HEADING), and cut at its commas (all others).
+    !> The line unchanged (*HEADING), and split at its commas (all others).
     character(len=:), allocatable :: text
     type(string_type), allocatable :: items(:)
-    !> Nothing wrong was found in it.
+    !> No error was found in it.
     logical :: good = .true.
-    !> Was given by name, and is in order and checked (qsmpm_named_items).
+    !> Was given by name, and is in order and checked (order_named_items of qsmpm_card_check).
     logical :: by_name = .false.
   end type row_type
 
-  !> A card.
+  !> Card: a keyword with its parameters and data lines.
   type :: card_type
-    !> Capitals, blanks squeezed, without the star.
+    !> In capitals, blanks squeezed, without the star.
     character(len=:), allocatable :: keyword
     type(line_origin_type) :: place
     type(parameter_type), allocatable :: parameters(:)
     type(row_type), allocatable :: rows(:)
-    !> Nothing wrong was found in it.
+    !> No error was found in it.
     logical :: good = .true.
   contains
     procedure :: find, has, value, word, is_right
@@ -86,9 +86,9 @@ module qsmpm_cards
 
 contains
 
-  !> The lines of a deck that is at hand as text.
+  !> Splits the text of a deck into lines.
   subroutine cut_lines(path, text, lines, messages)
-    !> Path of the deck, for messages and as the start of relative paths.
+    !> Path of the deck, for messages and as base of relative paths.
     character(len=*), intent(in) :: path
     character(len=*), intent(in) :: text
     type(line_list_type), intent(out) :: lines
@@ -101,11 +101,11 @@ contains
     lines%last%order = huge(1)
   end subroutine cut_lines
 
-  !> Cut one file, and the files it includes.
+  !> Splits one file and the files that it includes into lines.
   recursive subroutine cut_file(lines, path, chain, text, messages)
     type(line_list_type), intent(inout) :: lines
     character(len=*), intent(in) :: path
-    !> How it came into the deck.
+    !> Text on how the file is included in the deck.
     character(len=*), intent(in) :: chain
     character(len=*), intent(in) :: text
     type(message_list_type), intent(inout) :: messages
@@ -130,18 +130,18 @@ contains
     if (lines%depth == 0) lines%last = line_origin_type(file=path, line=max(1, number), chain='')
   end subroutine cut_file
 
-  !> Take one line: skip, include, join or append.
+  !> Takes one line: skips, includes, joins or appends it.
   recursive subroutine take_line(lines, place, text, messages)
     type(line_list_type), intent(inout) :: lines
     type(line_origin_type), intent(in) :: place
-    !> The line, stripped.
+    !> The stripped line.
     character(len=*), intent(in) :: text
     type(message_list_type), intent(inout) :: messages
     logical :: keyword
 
     if (len(text) == 0 .or. index(text, '**') == 1) return
     if (index(text, achar(0)) > 0) then
-      ! One message for a file of them.
+      ! One message per file.
       if (.not. lines%binary) call messages%add(severity_error, place, '', 'the file contains a zero byte: it is '// &
         'UTF-16 or not a text file; save it as UTF-8')
       lines%binary = .true.
@@ -166,7 +166,7 @@ contains
     end if
   end subroutine take_line
 
-  !> Length of the longest item of a line.
+  !> Returns the length of the longest item of a line.
   pure integer function longest_between_commas(text) result(longest)
     character(len=*), intent(in) :: text
     integer :: i, before
@@ -182,7 +182,7 @@ contains
     longest = max(longest, len(text) - before)
   end function longest_between_commas
 
-  !> Keyword of a keyword line, as capitals without its star.
+  !> Returns the keyword of a keyword line in capitals, without its star.
   pure function keyword_of(text) result(keyword)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: keyword
@@ -190,7 +190,7 @@ contains
     keyword = upper(squeezed(text(2:scan(text//',', ',') - 1)))
   end function keyword_of
 
-  !> A continuation that does not come; its comma goes.
+  !> Reports a missing continuation and removes the comma.
   subroutine end_continuation(lines, what, messages)
     type(line_list_type), intent(inout) :: lines
     character(len=*), intent(in) :: what
@@ -204,7 +204,7 @@ contains
     lines%continued = .false.
   end subroutine end_continuation
 
-  !> Read an included file in place of its card.
+  !> Reads an included file in place of its *INCLUDE.
   recursive subroutine include_file(lines, place, text, messages)
     type(line_list_type), intent(inout) :: lines
     type(line_origin_type), intent(in) :: place
@@ -240,7 +240,7 @@ contains
     end if
     call read_text(path, content, error)
     if (.not. allocated(error)) then
-      ! An include chain as the rest of a longer one.
+      ! Chain of inclusions shared with the end of a longer one.
       rest = ''
       if (len(place%chain) > 0) rest = ','//place%chain(index(place%chain, '(') + len('(included'):len(place%chain) - 1)
       call cut_file(lines, path, ' (included from '//place%file//':'//integer_text(place%line)//rest//')', &
@@ -250,7 +250,7 @@ contains
     end if
   end subroutine include_file
 
-  !> The files of an include cycle with the lines that lead on.
+  !> Returns the files of an include cycle with the lines that include the next.
   pure function ring(lines, from) result(text)
     type(line_list_type), intent(in) :: lines
     !> First file of the cycle.
@@ -265,7 +265,7 @@ contains
     text = text//lines%open(from)%file
   end function ring
 
-  !> Append a line.
+  !> Appends a line.
   pure subroutine append(lines, place, text)
     type(line_list_type), intent(inout) :: lines
     type(line_origin_type), intent(in) :: place
@@ -289,7 +289,7 @@ contains
     lines%items(lines%count)%text = text
   end subroutine append
 
-  !> A value without the double quotes around it.
+  !> Returns a value without enclosing double quotes.
   pure function unquoted(value) result(inner)
     character(len=*), intent(in) :: value
     character(len=:), allocatable :: inner
@@ -301,7 +301,7 @@ contains
     if (inner(1:1) == '"' .and. inner(n:n) == '"') inner = inner(2:n - 1)
   end function unquoted
 
-  !> Cut lines into cards.
+  !> Forms cards from lines.
   pure subroutine make_cards(lines, cards, messages)
     type(line_list_type), intent(in) :: lines
     type(card_type), allocatable, intent(inout) :: cards(:)
@@ -328,14 +328,14 @@ contains
     end do
   end subroutine make_cards
 
-  !> Whether a line begins a card.
+  !> Checks whether a line begins a card.
   pure logical function is_keyword(line)
     type(line_type), intent(in) :: line
 
     is_keyword = index(line%text, '*') == 1
   end function is_keyword
 
-  !> Make one card.
+  !> Makes one card.
   pure subroutine make_card(lines, card, messages)
     !> Its keyword line and data lines.
     type(line_type), intent(in) :: lines(:)
@@ -357,7 +357,7 @@ contains
     end do
   end subroutine make_card
 
-  !> Take a parameter apart at its equals sign.
+  !> Splits a parameter at its equals sign.
   pure subroutine make_parameter(text, parameter)
     !> NAME or NAME=value.
     character(len=*), intent(in) :: text
@@ -370,7 +370,7 @@ contains
     parameter%value = unquoted(text(equals + 1:))
   end subroutine make_parameter
 
-  !> Make a data line.
+  !> Makes a data line.
   pure subroutine make_row(line, keyword, row, messages)
     type(line_type), intent(in) :: line
     character(len=*), intent(in) :: keyword
@@ -388,11 +388,11 @@ contains
     end do
   end subroutine make_row
 
-  !> Cut a line at its commas. Quotes come in pairs; one that does not is left out.
+  !> Splits a line at its commas. Quotes come in pairs; an unpaired one is omitted.
   pure subroutine cut_line(line, pieces, good)
     type(line_type), intent(in) :: line
     type(string_type), allocatable, intent(inout) :: pieces(:)
-    !> False when a quote is not closed.
+    !> False if a quote is not closed.
     logical, intent(out) :: good
     character(len=:), allocatable :: text
     integer :: i, quotes
@@ -408,7 +408,7 @@ contains
     end if
   end subroutine cut_line
 
-  !> Report a quote that is not closed.
+  !> Reports a quote that is not closed.
   pure subroutine report_quote(line, keyword, messages)
     type(line_type), intent(in) :: line
     character(len=*), intent(in) :: keyword
@@ -417,7 +417,7 @@ contains
     call messages%add(severity_error, line%place, keyword, 'a double quote is not closed')
   end subroutine report_quote
 
-  !> Number of a parameter among those of the card, 0 when it is not there.
+  !> Returns the number of a parameter among those of the card, 0 if it is absent.
   pure integer function find(self, name)
     class(card_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -426,7 +426,7 @@ contains
     find = findloc([(self%parameters(i)%name == name, i=1, size(self%parameters))], .true., dim=1)
   end function find
 
-  !> Whether the deck gives a parameter.
+  !> Checks whether the deck gives a parameter.
   pure logical function has(self, name)
     class(card_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -437,7 +437,7 @@ contains
     if (i > 0) has = self%parameters(i)%given
   end function has
 
-  !> Value of a parameter as written, its default, or empty.
+  !> Returns the value of a parameter as written, its default, or empty.
   pure function value(self, name)
     class(card_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -449,7 +449,7 @@ contains
     if (i > 0) value = self%parameters(i)%value
   end function value
 
-  !> Value of a parameter as capitals with blanks squeezed.
+  !> Returns the value of a parameter in capitals with blanks squeezed.
   pure function word(self, name)
     class(card_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -458,14 +458,14 @@ contains
     word = upper(squeezed(self%value(name)))
   end function word
 
-  !> Whether nothing is wrong in its data lines, and there are some.
+  !> Checks whether there are data lines and all are free of errors.
   pure logical function is_right(self)
     class(card_type), intent(in) :: self
 
     is_right = size(self%rows) > 0 .and. all(self%rows%good)
   end function is_right
 
-  !> Item of a data line as a whole number, 0 when it is none or missing.
+  !> Returns an item of a data line as an integer, 0 if it is none or missing.
   pure integer function whole_at(row, i)
     type(row_type), intent(in) :: row
     integer, intent(in) :: i
@@ -475,7 +475,7 @@ contains
     if (i <= size(row%items)) call read_integer(row%items(i)%text, whole_at, outcome)
   end function whole_at
 
-  !> Item of a data line as a real, 0 when it is none or missing.
+  !> Returns an item of a data line as a real, 0 if it is none or missing.
   pure real(wp) function number_at(row, i)
     type(row_type), intent(in) :: row
     integer, intent(in) :: i
@@ -485,7 +485,7 @@ contains
     if (i <= size(row%items)) call read_real(row%items(i)%text, number_at, outcome)
   end function number_at
 
-  !> Item of a data line as capitals with blanks squeezed, empty when missing.
+  !> Returns an item of a data line in capitals with blanks squeezed, empty if missing.
   pure function word_at(row, i)
     type(row_type), intent(in) :: row
     integer, intent(in) :: i

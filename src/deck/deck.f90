@@ -1,8 +1,8 @@
-!> A deck from text to the analysis it describes. The whole deck is read before it is judged: all errors and warnings
-!> are collected with file and line.
+!> Reading of a deck from its text into the analysis that it describes. The whole deck is read before it is checked: all
+!> errors and warnings are collected with file and line.
 !>
-!> The echo: a complete deck of an analysis with every default spelt out, its cards in the order of the table of
-!> keywords. Read again it gives the same analysis, bit for bit.
+!> The echo is a complete deck of an analysis with every default written out, its cards in the order of the keyword
+!> table. Read again it gives the same analysis, bit for bit.
 module qsmpm_deck
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
@@ -35,14 +35,14 @@ module qsmpm_deck
 
 contains
 
-  !> Read a deck from its file.
+  !> Reads a deck from its file.
   subroutine read_deck(path, analysis, messages, error)
     character(len=*), intent(in) :: path
-    !> What it describes; not to be used when there is an error.
+    !> Analysis described by the deck; undefined if there is an error.
     type(analysis_type), intent(out) :: analysis
     !> Errors and warnings in the order of the deck.
     type(message_list_type), intent(out) :: messages
-    !> Set with a summary when there is an error among the messages, or no file.
+    !> Set with a summary if the messages contain an error, or the file does not exist.
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: unread
     character(len=:), allocatable :: text
@@ -55,16 +55,16 @@ contains
     end if
   end subroutine read_deck
 
-  !> Read a deck that is at hand as text.
+  !> Reads a deck from its text.
   subroutine parse_deck(path, text, analysis, messages, error)
-    !> Its path, for messages, the name of the job and the start of relative paths.
+    !> Path of the deck, for messages, the name of the job and as base of relative paths.
     character(len=*), intent(in) :: path
     character(len=*), intent(in) :: text
-    !> What it describes; not to be used when there is an error.
+    !> Analysis described by the deck; undefined if there is an error.
     type(analysis_type), intent(out) :: analysis
     !> Errors and warnings in the order of the deck.
     type(message_list_type), intent(out) :: messages
-    !> Set with a summary when there is an error among the messages.
+    !> Set with a summary if the messages contain an error.
     type(error_type), allocatable, intent(out) :: error
     type(line_list_type) :: lines
     type(card_type), allocatable :: cards(:)
@@ -92,7 +92,7 @@ contains
       trim(merge(' error ', ' errors', errors == 1))//' in the deck')
   end subroutine parse_deck
 
-  !> A deck with nothing in it, and the places of all lines.
+  !> Initialises an empty deck with the positions of all lines.
   pure subroutine start(path, lines, state)
     character(len=*), intent(in) :: path
     type(line_list_type), intent(in) :: lines
@@ -110,7 +110,7 @@ contains
     end do
   end subroutine start
 
-  !> The dimension decides what other cards may say, wherever *MODEL stands.
+  !> Determines the dimension, which the check of other cards requires, wherever *MODEL is.
   pure subroutine find_dimension(cards, state)
     type(card_type), intent(in) :: cards(:)
     type(deck_state_type), intent(inout) :: state
@@ -131,7 +131,7 @@ contains
     end do
   end subroutine find_dimension
 
-  !> Dimension of the grid: 3 when it has lines along z, 0 when there is no grid.
+  !> Dimension of the grid: 3 if it has lines along z, 0 without a grid.
   pure integer function grid_dimension(cards) result(dimension)
     type(card_type), intent(in) :: cards(:)
     integer :: i, k
@@ -148,7 +148,7 @@ contains
     end do
   end function grid_dimension
 
-  !> Check and use the cards in order.
+  !> Checks and reads the cards in order.
   subroutine take_cards(cards, state)
     type(card_type), target, intent(inout) :: cards(:)
     type(deck_state_type), intent(inout) :: state
@@ -171,7 +171,7 @@ contains
     end do
   end subroutine take_cards
 
-  !> What is said of a keyword that the table does not have.
+  !> Returns the message on an unknown keyword.
   pure function unknown_keyword(keyword, names) result(sentence)
     character(len=*), intent(in) :: keyword
     type(string_type), intent(in) :: names(:)
@@ -188,7 +188,7 @@ contains
       first_clause(topic_text(keyword))//'; see `qsmpm help '//keyword//'`'
   end function unknown_keyword
 
-  !> A text up to its first semicolon.
+  !> Returns a text up to its first semicolon.
   pure function first_clause(text) result(clause)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: clause
@@ -196,7 +196,7 @@ contains
     clause = text(:index(text//';', ';') - 1)
   end function first_clause
 
-  !> Check one card and use it when it stands where it may.
+  !> Checks one card and reads it if its position is allowed.
   subroutine take_card(table, k, seen, state)
     type(table_type), intent(in) :: table
     integer, intent(in) :: k
@@ -224,7 +224,7 @@ contains
     call read_card(table%keywords(k), state)
   end subroutine take_card
 
-  !> Read a card into what it is about.
+  !> Reads a card into the item to which it belongs.
   subroutine read_card(entry, state)
     type(keyword_type), intent(in) :: entry
     type(deck_state_type), intent(inout) :: state
@@ -244,7 +244,7 @@ contains
     if (associated(entry%finish)) call entry%finish(state)
   end subroutine read_card
 
-  !> Whether there is no mesh yet, or one that grows by cards.
+  !> Checks whether a keyword may define the mesh: there is none yet, or one that grows by cards.
   pure logical function may_bring_mesh(keyword, kind)
     character(len=*), intent(in) :: keyword
     integer, intent(in) :: kind
@@ -252,12 +252,12 @@ contains
     may_bring_mesh = kind == mesh_none .or. (kind == mesh_inline .and. (keyword == 'NODE' .or. keyword == 'ELEMENT'))
   end function may_bring_mesh
 
-  !> Whether a card stands where it may.
+  !> Checks whether the position of a card is allowed.
   subroutine check_section(section, state, usable)
-    !> Where it may stand.
+    !> Section to which the keyword belongs.
     integer, intent(in) :: section
     type(deck_state_type), intent(inout) :: state
-    !> There is something it can be read into.
+    !> There is an item into which the card can be read.
     logical, intent(out) :: usable
 
     usable = .true.
@@ -272,7 +272,7 @@ contains
     end select
   end subroutine check_section
 
-  !> Write an analysis as a deck.
+  !> Writes an analysis as a deck.
   subroutine echo_text(analysis, text)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable, intent(out) :: text
@@ -295,10 +295,10 @@ contains
     text = echo%text(:echo%length)
   end subroutine echo_text
 
-  !> Write cards: those that follow each other in the table and are about the same list, for each item of it.
+  !> Writes cards: consecutive ones of the table that belong to the same list, for each item of it.
   recursive subroutine write_cards(entries, in_phase, deck, echo)
     type(keyword_type), intent(in) :: entries(:)
-    !> Only those of the phase that was gone to.
+    !> Only those of the current phase.
     logical, intent(in) :: in_phase
     type(deck_state_type), intent(inout) :: deck
     type(echo_type), intent(inout) :: echo
@@ -327,7 +327,7 @@ contains
     end do
   end subroutine write_cards
 
-  !> List of a card; outside a phase those of its loads are that of the phases.
+  !> List of a card; outside a phase, loads belong to the list of phases.
   pure integer function list_of(entry, in_phase) result(list)
     type(keyword_type), intent(in) :: entry
     logical, intent(in) :: in_phase
@@ -336,7 +336,7 @@ contains
     if (.not. in_phase) list = min(list, list_phases)
   end function list_of
 
-  !> Write one card.
+  !> Writes one card.
   subroutine write_card(entry, deck, echo)
     type(keyword_type), intent(in) :: entry
     type(deck_state_type), intent(inout) :: deck

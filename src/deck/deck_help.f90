@@ -1,6 +1,6 @@
 !> The keyword table as text: help on the terminal, the list of keywords, the deck reference (docs/deck.md) with its
-!> hand-written head: rules that hold for all cards, and exit codes; and as JSON for programs, what editors complete and
-!> explain: a word that is empty in the table is not there; kinds are word, name, file, integer, number and flag.
+!> hand-written head (rules for all cards, and exit codes), and JSON for editors. In JSON, entries that are empty in the
+!> table are omitted; kinds are word, name, file, integer, number and flag.
 module qsmpm_deck_help
   use qsmpm_text, only: did_you_mean, replaced, string_type, upper, squeezed, newline, split, json_string, integer_text
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
@@ -13,11 +13,11 @@ module qsmpm_deck_help
 
   public :: help_text, keyword_list_text, deck_markdown, explanation, deck_json
 
-  !> Where a card may stand, by in_model ....
+  !> Description of the sections in_model ....
   character(len=*), parameter :: places(4) = &
     [character(len=22) :: 'Before the first phase', 'Below a *MATERIAL', 'Inside a phase', 'Anywhere']
 
-  !> Where a card may stand and what a value is, by in_model ... and kind_word ....
+  !> Names of the sections in_model ... and of the kinds kind_word ....
   character(len=*), parameter :: sections(4) = [character(len=8) :: 'model', 'material', 'phase', 'anywhere']
   character(len=*), parameter :: kinds(6) = [character(len=7) :: 'word', 'name', 'file', 'integer', 'number', 'flag']
 
@@ -25,14 +25,14 @@ module qsmpm_deck_help
 
 contains
 
-  !> Explain a keyword.
+  !> Explains a keyword.
   subroutine help_text(name, text, found)
-    !> The keyword, in any case, with or without its star; `renamed` for those that had another name; or a word of
-    !> geotechnics that is none (help_topics).
+    !> The keyword, in any case, with or without its star; `renamed` for those that had another name; or a geotechnical
+    !> term that is no keyword (help_topics).
     character(len=*), intent(in) :: name
-    !> The explanation, or what may have been meant.
+    !> The explanation, or similar keywords.
     character(len=:), allocatable, intent(out) :: text
-    !> False when there is no such keyword and no answer.
+    !> False if there is no such keyword and no topic.
     logical, intent(out) :: found
     type(table_type) :: table
     type(string_type), allocatable :: names(:)
@@ -69,7 +69,7 @@ contains
     end if
   end subroutine help_text
 
-  !> All keywords, one a line, with what they are for.
+  !> Lists all keywords, one per line, with their purpose.
   subroutine keyword_list_text(text)
     character(len=:), allocatable, intent(out) :: text
     !> Column at which the sentences begin.
@@ -86,7 +86,7 @@ contains
     end do
   end subroutine keyword_list_text
 
-  !> The first sentence of several.
+  !> Returns the first sentence of a text.
   pure function first_sentence(sentences) result(text)
     character(len=*), intent(in) :: sentences
     character(len=:), allocatable :: text
@@ -96,7 +96,7 @@ contains
     text = sentences(:stop_at - 1)
   end function first_sentence
 
-  !> The whole deck reference as Markdown.
+  !> Writes the whole deck reference in Markdown.
   subroutine deck_markdown(text)
     character(len=:), allocatable, intent(out) :: text
     type(table_type) :: table
@@ -110,10 +110,10 @@ contains
     end do
   end subroutine deck_markdown
 
-  !> One keyword: what it is for, where it stands, parameters, data lines, example.
+  !> Explains one keyword: purpose, position, parameters, data lines, example.
   pure function explanation(entry, bullet, quote) result(text)
     type(keyword_type), intent(in) :: entry
-    !> Before each parameter; around words of the deck; empty on a terminal.
+    !> Text before each parameter; around words of the deck; empty on a terminal.
     character(len=*), intent(in) :: bullet, quote
     character(len=:), allocatable :: text
     integer :: i
@@ -133,16 +133,16 @@ contains
     text = text//newline//'Example:'//newline//newline//example_text(entry%example, quote)
   end function explanation
 
-  !> Lines with a bullet before each.
+  !> Returns lines with a bullet before each.
   pure function bulleted(lines, bullet) result(text)
-    !> Lines, each with its end.
+    !> Lines, each with its newline.
     character(len=*), intent(in) :: lines, bullet
     character(len=:), allocatable :: text
 
     text = bullet//replaced(lines(:len(lines) - 1), newline, newline//bullet)//newline
   end function bulleted
 
-  !> Where a card may stand and how often.
+  !> Describes where a card may be and how often.
   pure function standing(entry) result(text)
     type(keyword_type), intent(in) :: entry
     character(len=:), allocatable :: text
@@ -151,7 +151,7 @@ contains
       entry%times == many))
   end function standing
 
-  !> One parameter or column.
+  !> Describes one parameter or column.
   pure function item_text(item, quote) result(text)
     type(item_type), intent(in) :: item
     character(len=*), intent(in) :: quote
@@ -167,7 +167,7 @@ contains
     if (len(item%default) > 0 .and. .not. item%required) text = text//'; default '//quote//item%default//quote
   end function item_text
 
-  !> Data lines of a keyword.
+  !> Describes the data lines of a keyword.
   pure function data_text(data, bullet, quote) result(text)
     type(data_type), intent(in) :: data
     character(len=*), intent(in) :: bullet, quote
@@ -187,7 +187,7 @@ contains
     end do
   end function data_text
 
-  !> One column of a data line.
+  !> Describes one column of a data line.
   pure function column_text(item, quote) result(text)
     type(item_type), intent(in) :: item
     character(len=*), intent(in) :: quote
@@ -200,7 +200,7 @@ contains
     if (item%repeated) text = text//'; one or more'
   end function column_text
 
-  !> The example: indented on a terminal, fenced in the reference.
+  !> Returns the example: indented on a terminal, fenced in the reference.
   pure function example_text(example, quote) result(text)
     character(len=*), intent(in) :: example, quote
     character(len=:), allocatable :: text
@@ -212,7 +212,7 @@ contains
     end if
   end function example_text
 
-  !> All keywords.
+  !> Writes all keywords in JSON.
   subroutine deck_json(text)
     character(len=:), allocatable, intent(out) :: text
     type(table_type) :: table
@@ -227,7 +227,7 @@ contains
     text = text//newline//']}'//newline
   end subroutine deck_json
 
-  !> One keyword.
+  !> Writes one keyword in JSON.
   pure function keyword_json(entry) result(text)
     type(keyword_type), intent(in) :: entry
     character(len=:), allocatable :: text
@@ -245,7 +245,7 @@ contains
     text = text//']'//said('example', entry%example)//'}'
   end function keyword_json
 
-  !> Data lines.
+  !> Writes data lines in JSON.
   pure function data_json(data) result(text)
     type(data_type), intent(in) :: data
     character(len=:), allocatable :: text
@@ -254,7 +254,7 @@ contains
       integer_text(data%minimum)//', "maximum": '//integer_text(data%maximum)//items_json('columns', data%columns)//'}'
   end function data_json
 
-  !> Parameters or columns.
+  !> Writes parameters or columns in JSON.
   pure function items_json(name, items) result(text)
     character(len=*), intent(in) :: name
     type(item_type), intent(in) :: items(:)
@@ -269,7 +269,7 @@ contains
     text = text//']'
   end function items_json
 
-  !> One of them.
+  !> Writes one parameter or column in JSON.
   pure function item_json(item) result(text)
     type(item_type), intent(in) :: item
     character(len=:), allocatable :: text
@@ -282,7 +282,7 @@ contains
     text = text//'}'
   end function item_json
 
-  !> The words that a value may be, if there are any.
+  !> Writes the allowed words of a value, if there are any.
   pure function words_json(item) result(text)
     type(item_type), intent(in) :: item
     character(len=:), allocatable :: text
@@ -300,7 +300,7 @@ contains
     text = text//']'
   end function words_json
 
-  !> A further text of an object; nothing for an empty one.
+  !> Returns an additional text member of an object; empty for an empty text.
   pure function said(name, value) result(text)
     character(len=*), intent(in) :: name, value
     character(len=:), allocatable :: text
@@ -309,7 +309,7 @@ contains
     if (len(value) > 0) text = ', "'//name//'": '//json_string(value)
   end function said
 
-  !> true or false.
+  !> Returns true or false.
   pure function logical_json(value) result(text)
     logical, intent(in) :: value
     character(len=:), allocatable :: text
@@ -317,7 +317,7 @@ contains
     text = trim(merge('true ', 'false', value))
   end function logical_json
 
-  !> The head of the page.
+  !> Returns the head of the page.
   pure function reference_head() result(text)
     character(len=:), allocatable :: text
 
@@ -328,7 +328,7 @@ contains
       page([character(len=width) :: '', '## Keywords'])
   end function reference_head
 
-  !> Lines with newlines.
+  !> Joins lines with newlines.
   pure function page(lines) result(text)
     character(len=*), intent(in) :: lines(:)
     character(len=:), allocatable :: text
@@ -340,7 +340,7 @@ contains
     end do
   end function page
 
-  !> How cards are written.
+  !> Describes the syntax of cards.
   pure function writing() result(text)
     character(len=:), allocatable :: text
 
@@ -365,7 +365,7 @@ contains
       '  (the radius) and y.', ''])
   end function writing
 
-  !> What is an error, the order of cards and the echo, exit codes of the program.
+  !> Describes errors, the order of cards, the echo and the exit codes of the program.
   pure function rules() result(text)
     character(len=:), allocatable :: text
 

@@ -1,5 +1,5 @@
-!> Magnitudes that speak of a wrong unit: weights by the names of *UNITS and by gravity, angles in radians, strengths
-!> beside the stiffness. Each is warned of with the value and the usual range; nothing is converted.
+!> Warnings of magnitudes that suggest a wrong unit: unit weights with respect to *UNITS and gravity, angles in radians,
+!> strengths relative to the stiffness. Each reports the value and the usual range; nothing is converted.
 module qsmpm_deck_magnitudes
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -15,23 +15,24 @@ module qsmpm_deck_magnitudes
 
   public :: check_magnitudes, check_strengths
 
-  !> Names of units that are known, in kN and m.
+  !> Known units, in kN and m.
   character(len=3), parameter :: forces(7) = ['N  ', 'kN ', 'MN ', 'GN ', 'lb ', 'lbf', 'kip'], &
     lengths(6) = ['mm', 'cm', 'm ', 'km', 'in', 'ft']
   real(wp), parameter :: pound = 4.4482216152605e-3_wp, kilonewtons(7) = [1.0e-3_wp, 1.0_wp, 1.0e3_wp, 1.0e6_wp, &
     pound, pound, 1.0e3_wp*pound], metres(6) = [1.0e-3_wp, 1.0e-2_wp, 1.0_wp, 1.0e3_wp, 2.54e-2_wp, 0.3048_wp]
-  !> The acceleration of gravity in m/s2, and kN/m3: water, what a material weighs, and what is a weight already where
-  !> gravity is an acceleration (steel of 7.85 t/m3 is not).
+  !> Standard gravity in m/s2 and its tolerance; ranges in kN/m3 of the unit weight of water, of unit weights of
+  !> materials, and of values that are unit weights rather than densities where gravity is an acceleration (steel of
+  !> 7.85 t/m3 is not).
   real(wp), parameter :: standard = 9.81_wp, near_standard = 0.1_wp, water(2) = [9.0_wp, 11.0_wp], &
     material_weight(2) = [0.1_wp, 100.0_wp], heavy(2) = [7.9_wp, 100.0_wp]
-  !> Angles in degrees below this one are rather meant in radians.
+  !> Angles in degrees below this value are probably meant in radians.
   real(wp), parameter :: least_angle = 1.0_wp
-  !> Young's modulus over undrained strength, and over a cohesion beside friction.
+  !> Range of Young's modulus over undrained strength, and smallest ratio to a cohesion with friction.
   real(wp), parameter :: undrained_ratio(2) = [100.0_wp, 2.0e4_wp], least_ratio = 50.0_wp, rounding = 1.0e-9_wp
 
 contains
 
-  !> All magnitudes of an analysis.
+  !> Checks all magnitudes of an analysis.
   subroutine check_magnitudes(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -45,7 +46,7 @@ contains
     end do
   end subroutine check_magnitudes
 
-  !> Angles and strengths of the materials.
+  !> Checks angles and strengths of the materials.
   subroutine check_strengths(state)
     type(deck_state_type), intent(inout) :: state
     type(law_description_type) :: traits
@@ -60,7 +61,7 @@ contains
     end do
   end subroutine check_strengths
 
-  !> An angle is in degrees.
+  !> Checks that an angle is in degrees.
   subroutine check_angle(state, angle, where, keyword, of_what)
     type(deck_state_type), intent(inout) :: state
     real(wp), intent(in) :: angle
@@ -74,7 +75,7 @@ contains
       rounded_text(angle*degree, 3)//' degrees)')
   end subroutine check_angle
 
-  !> Strength beside stiffness; of clay without friction both ways.
+  !> Checks the strength relative to the stiffness; for clay without friction in both directions.
   subroutine check_strength(state, material)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
@@ -100,7 +101,7 @@ contains
     end if
   end subroutine check_strength
 
-  !> Weights of soil and water, each by itself in the units that are named, and one beside the other.
+  !> Checks the unit weights of soil and water, each in the given units and relative to each other.
   subroutine check_weights(state)
     type(deck_state_type), intent(inout) :: state
     real(wp) :: unit, density, water_weight
@@ -124,8 +125,8 @@ contains
     end do
   end subroutine check_weights
 
-  !> The units of weights in kN/m3, 0 where they are not known, and the acceleration that is given as *GRAVITY in place
-  !> of a share of the weight, in m/s2 where units are not known; 0 for a share.
+  !> Determines the unit of weights in kN/m3, 0 if unknown, and the acceleration that is given as *GRAVITY instead of a
+  !> fraction of the weight, in m/s2 where units are unknown; 0 for a fraction.
   pure subroutine find_units(analysis, unit, density)
     type(analysis_type), intent(in) :: analysis
     real(wp), intent(out) :: unit, density
@@ -149,7 +150,7 @@ contains
     end do
   end subroutine find_units
 
-  !> Water is as heavy as water.
+  !> Checks the unit weight of water.
   subroutine check_water_weight(state, weight, unit, density, where)
     type(deck_state_type), intent(inout) :: state
     real(wp), intent(in) :: weight, unit, density
@@ -162,7 +163,7 @@ contains
       names(state%analysis)//' is '//rounded_text(real_weight)//' kN/m3; water weighs 9.81')
   end subroutine check_water_weight
 
-  !> A material is as heavy as one, and its weight is not multiplied by an acceleration.
+  !> Checks that the unit weight of a material is in the usual range and not multiplied by an acceleration.
   subroutine check_weight(state, material, unit, density)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
@@ -187,7 +188,7 @@ contains
       rounded_text(weight)//' kN/m3; 10 to 25 is usual')
   end subroutine check_weight
 
-  !> Water in the pores adds weight; soil that floats has a warning of its own (check_buoyancy).
+  !> Checks that the saturated weight exceeds the other one; buoyant soil has its own warning (check_buoyancy).
   subroutine check_saturated(state, material, water_weight)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
@@ -199,7 +200,7 @@ contains
       ' above: gamma_sat is the saturated unit weight; do not subtract buoyancy')
   end subroutine check_saturated
 
-  !> Soil below water is heavier than it.
+  !> Checks that soil below water is heavier than water.
   subroutine check_buoyancy(state, material, water_weight)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
@@ -214,7 +215,7 @@ contains
       'unit weight, 1.6 to 2.3 times that of water; do not subtract buoyancy')
   end subroutine check_buoyancy
 
-  !> What gravity multiplies a density by.
+  !> Returns the text on the factor by which gravity multiplies a density.
   pure function by_gravity(density) result(text)
     real(wp), intent(in) :: density
     character(len=:), allocatable :: text
@@ -223,7 +224,7 @@ contains
     if (density > 0.0_wp) text = ' times '//rounded_text(density)//' of *GRAVITY'
   end function by_gravity
 
-  !> The units as they are named.
+  !> Returns the names of the units.
   pure function names(analysis) result(text)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: text

@@ -1,5 +1,5 @@
-!> Checks between cards, when the whole deck is known: what a deck must have, names that must
-!> exist, materials that are complete, phases that are a tree.
+!> Checks between keywords, when the whole deck is known: required keywords, existence of names, completeness of
+!> materials, and the tree of phases.
 module qsmpm_deck_references
   use qsmpm_analysis, only: analysis_type
   use qsmpm_kinds, only: wp
@@ -37,14 +37,14 @@ module qsmpm_deck_references
 
   public :: check_references
 
-  !> A gap that is none, over the cell beside the base.
+  !> Gap that counts as closed, relative to the adjacent cell.
   real(wp), parameter :: closed = 1.0e-3_wp
-  !> Cosine of the angle to its normal within which a side looks at an end of the grid.
+  !> Cosine of the angle to its normal within which a side faces an end of the grid.
   real(wp), parameter :: across = 0.7_wp
 
 contains
 
-  !> All checks between cards.
+  !> Runs all checks between keywords.
   subroutine check_references(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -87,7 +87,7 @@ contains
     if (state%messages%error_count() == 0) call check_held_ends(state)
   end subroutine check_references
 
-  !> What every deck must have.
+  !> Checks the keywords that every deck requires.
   subroutine check_presence(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -104,16 +104,16 @@ contains
 
   contains
 
-    !> Report what is missing at the end of the deck.
+    !> Reports a keyword that is missing at the end of the deck.
     subroutine missing(keyword, what)
-      !> The card that is missing; what the card would bring.
+      !> The missing keyword; what it would define.
       character(len=*), intent(in) :: keyword, what
 
       call state%messages%add(severity_error, state%last, keyword, 'the deck lacks '//what)
     end subroutine missing
   end subroutine check_presence
 
-  !> Materials and regions of bodies.
+  !> Checks materials and regions of bodies.
   subroutine check_bodies(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -127,7 +127,7 @@ contains
     end do
   end subroutine check_bodies
 
-  !> A set exists, unless it may still come from a mesh file.
+  !> Checks that a set exists, unless it may still come from a mesh file.
   subroutine check_set(state, name, sets, where, keyword, what)
     type(deck_state_type), intent(inout) :: state
     character(len=*), intent(in) :: name
@@ -138,7 +138,7 @@ contains
     if (state%analysis%mesh%kind /= mesh_file) call check_name(state, name, sets, where, keyword, what)
   end subroutine check_set
 
-  !> Materials can carry stress; a weightless one under gravity is worth a word.
+  !> Checks the laws of all materials; warns of one without weight under gravity, or of a profile across gravity.
   subroutine check_materials(state)
     type(deck_state_type), intent(inout) :: state
     logical :: gravity
@@ -159,7 +159,7 @@ contains
     end do
   end subroutine check_materials
 
-  !> A user's material has no other strength, and no start values without the material.
+  !> Checks that a user material has no other law or strength, and that *USER STATE has a *USER MATERIAL.
   subroutine check_user_material(state, material)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
@@ -174,7 +174,7 @@ contains
       'MATERIAL', "material '"//material%name//"' has *USER STATE, but no *USER MATERIAL")
   end subroutine check_user_material
 
-  !> A material has one law, and a clay a stress to start from.
+  !> Checks that a material has one law, and a clay an initial stress.
   subroutine check_law(state, material)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
@@ -204,13 +204,13 @@ contains
       "clay '"//material%name//"' starts without stress, at its smallest pressure: use *INITIAL, TYPE=K0")
   end subroutine check_law
 
-  !> Warn of phases without a time where a material flows in it; one that begins with stresses that are given takes
-  !> none.
+  !> Warns of phases without a TIME in which a time-dependent material flows; a phase with prescribed initial stresses
+  !> gets a negligible one.
   subroutine warn_of_time(state, material, keyword)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
     character(len=*), intent(in) :: keyword
-    !> Of the unit of time: too short for soil to creep in it.
+    !> Fraction of the unit of time that is too short for creep.
     real(wp), parameter :: at_once = 1.0e-6_wp
     integer :: p
 
@@ -227,7 +227,7 @@ contains
     end do
   end subroutine warn_of_time
 
-  !> Whether any phase has gravity.
+  !> Checks whether any phase has gravity.
   pure logical function has_gravity(state)
     type(deck_state_type), intent(in) :: state
     integer :: p
@@ -237,7 +237,7 @@ contains
     end associate
   end function has_gravity
 
-  !> Node sets of fixities, prescriptions, histories and the moving mesh.
+  !> Checks the node sets of fixities, prescriptions, histories and the moving mesh.
   subroutine check_node_sets(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, p
@@ -264,7 +264,7 @@ contains
     end associate
   end subroutine check_node_sets
 
-  !> Surfaces of tractions and supports; they are named in the deck always.
+  !> Checks the surfaces of tractions and supports, which are always defined in the deck.
   subroutine check_surfaces(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, p
@@ -288,7 +288,7 @@ contains
     end do
   end subroutine check_surfaces
 
-  !> The body of an outline exists and has one.
+  !> Checks that the body of an outline exists and has an outline.
   subroutine check_outline(state, number)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: number
@@ -304,7 +304,7 @@ contains
     end associate
   end subroutine check_outline
 
-  !> No phase both holds and moves the same component of a set.
+  !> Checks that no phase both fixes and prescribes the same component of a set.
   subroutine check_prescriptions(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p, i, k
@@ -324,7 +324,7 @@ contains
     end do
   end subroutine check_prescriptions
 
-  !> Parents are phases that come before.
+  !> Checks that parents are earlier phases.
   subroutine check_parents(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p
@@ -336,7 +336,7 @@ contains
     end associate
   end subroutine check_parents
 
-  !> What is wrong with a parent that is none of the phases before.
+  !> Reports a parent that is not an earlier phase.
   subroutine report_parent(state, number)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: number
@@ -357,7 +357,7 @@ contains
     end associate
   end subroutine report_parent
 
-  !> Whether a material of the program's own flows as time goes.
+  !> Checks whether a built-in material is time-dependent.
   pure logical function flows_in_time(material)
     type(material_type), intent(in) :: material
     type(law_description_type) :: traits
@@ -368,10 +368,10 @@ contains
     flows_in_time = traits%flows_in_time
   end function flows_in_time
 
-  !> Whether a phase has a card of its own that changes loads, supports, bodies or water.
+  !> Checks whether a phase itself changes loads, supports, bodies or water.
   pure logical function changes_something(analysis, number)
     type(analysis_type), intent(in) :: analysis
-    !> Of the phase.
+    !> Number of the phase.
     integer, intent(in) :: number
 
     associate (phase => analysis%phases(number))
@@ -383,7 +383,7 @@ contains
     end associate
   end function changes_something
 
-  !> What looks like an oversight: nothing held, or K0 stresses without weight.
+  !> Warns of probable oversights, such as no fixities or K0 stresses without weight, and checks *CONFINING PRESSURE.
   subroutine check_starts(state)
     type(deck_state_type), intent(inout) :: state
     logical :: held, creeps
@@ -405,7 +405,7 @@ contains
           'gravity points upwards: it is the direction of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
         if (any(phase%initial%kind == [initial_isotropic, initial_given])) cycle
-        ! What is taken off is no load, but a change.
+        ! The removal of a load is a change too.
         if (.not. (is_loaded(state%analysis%phases, p) .or. p > 1 .and. changes_something(state%analysis, p))) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (changes_something(state%analysis, p) .or. (creeps .and. phase%duration_given))) then
@@ -418,7 +418,7 @@ contains
       '*PRESCRIBE or *SUPPORT: the model is not supported')
   end subroutine check_starts
 
-  !> Whether gravity acts along y or z and upwards.
+  !> Checks whether gravity acts upwards along y or z.
   pure logical function rises(gravity)
     real(wp), intent(in) :: gravity(3)
     integer :: axis
@@ -427,8 +427,8 @@ contains
     rises = axis > 1 .and. gravity(axis) > 0.0_wp
   end function rises
 
-  !> Warn where a plane that is held across is an end of the grid, and a side of a body looks at it from within a cell:
-  !> cells which it fills in part hang it up, and on triangles that fit it is free.
+  !> Warns where a fixed plane at an end of the grid faces a side of a body within a cell: partly filled cells support
+  !> the body there, whereas on body-fitted triangles the side is free.
   subroutine check_held_ends(state)
     type(deck_state_type), intent(inout) :: state
     logical :: said(size(state%analysis%node_sets))
@@ -446,7 +446,7 @@ contains
             if (s == 0) cycle
             associate (set => analysis%node_sets(s))
               if (said(s) .or. set%selection /= select_plane) cycle
-              ! A pile on the axis of its scene, with soil drawn around it.
+              ! A pile on the axis of the model, with soil around it.
               if (set%axis /= vertical_of(analysis) .and. size(analysis%rigid_bodies) > 0) cycle
               if (.not. (fixity%fixed(set%axis) .and. allocated(analysis%mesh%axes(set%axis)%lines))) cycle
               associate (lines => analysis%mesh%axes(set%axis)%lines)
@@ -473,12 +473,12 @@ contains
     end associate
   end subroutine check_held_ends
 
-  !> How far the sides of a body are from an end of the grid that they look at from within a cell, with no body between.
+  !> Distance of the sides of a body from an end of the grid that they face within a cell, with no body in between.
   pure real(wp) function gap_of(state, number, axis, side, out, cell) result(gap)
     type(deck_state_type), intent(in) :: state
-    !> The body.
+    !> Number of the body.
     integer, intent(in) :: number, axis
-    !> Where the end is, the sense in which it looks out, and the cell beside it.
+    !> Coordinate of the end, its outward sense, and the size of the adjacent cell.
     real(wp), intent(in) :: side, out, cell
     real(wp), allocatable :: corner(:, :)
     real(wp) :: off(2), middle(3)
@@ -499,7 +499,7 @@ contains
     do k = 1, n
       next = modulo(k, n) + 1
       associate (along => corner(:, next) - corner(:, k))
-        ! Outwards is to the right of an edge.
+        ! The outward side is to the right of an edge.
         if (size(along) == 2) then
           if (out*merge(along(2), -along(1), axis == 1) < across*norm2(along)) cycle
         end if
@@ -514,7 +514,7 @@ contains
 
   contains
 
-    !> Whether a body lies at the middle.
+    !> Checks whether a body contains the midpoint.
     pure logical function is_filled()
       integer :: b
 

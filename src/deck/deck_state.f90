@@ -1,7 +1,7 @@
-!> What is known while a deck is read or written: the analysis so far, the messages, and where the reader is.
+!> State of reading or writing a deck: the analysis so far, the messages, and the position of the reader.
 !>
-!> What a card is about: the analysis as a whole, or one item of a list of it (a material, a body, a load of a phase).
-!> Lists are opened by the cards that begin an item, counted and gone through by the echo, all by their number.
+!> A card belongs to the analysis as a whole, or to one item of a list of it (a material, a body, a load of a phase).
+!> Items are opened by the cards that begin them, and counted and traversed by the echo, all by their number.
 module qsmpm_deck_state
   use qsmpm_named, only: named_type, place_named, add_names
   use qsmpm_analysis, only: analysis_type
@@ -25,48 +25,48 @@ module qsmpm_deck_state
   public :: deck_state_type, points_request_type, check_name, source_line, beside_deck, empty_deck, prototype_deck, &
     open_item, count_items, go_to_item, check_new_name
 
-  !> A *POINTS card, kept until all bodies are known.
+  !> A *POINTS card, stored until all bodies are known.
   type :: points_request_type
     type(source_line_type) :: where
-    !> Empty: for all bodies without a card of their own.
+    !> Empty: for all bodies without their own *POINTS.
     character(len=:), allocatable :: body
     integer :: per_element = 0
   end type points_request_type
 
-  !> A deck being read.
+  !> State of a deck that is read or written.
   type :: deck_state_type
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
-    !> The card that is read; it and its rows learn whether they are good.
+    !> Current card; errors are marked in it and in its rows.
     type(card_type), pointer :: card => null()
-    !> The material, the phase and the item of another list (body, set, load, ...) that a card is about.
+    !> Material, phase and item of another list (body, set, load, ...) to which the card belongs.
     integer :: material = 0, phase = 0, item = 0
-    !> 2 or 3, 0 while *MODEL is missing or wrong.
+    !> 2 or 3, 0 if *MODEL is missing or wrong.
     integer :: dimension = 0
-    !> There is a *MODEL, right or wrong.
+    !> *MODEL is given, correct or not.
     logical :: model_given = .false.
-    !> An *INCLUDE was met: lines of the deck are missing.
+    !> The deck contains an *INCLUDE that could not be resolved: lines are missing.
     logical :: unresolved = .false.
-    !> The last line of the deck: the place of what is missing.
+    !> Last line of the deck, the position of messages on missing keywords.
     type(line_origin_type) :: last
-    !> Inside *PHASE ... *END PHASE, and where the phase began.
+    !> Inside *PHASE ... *END PHASE, and the position where the phase began.
     logical :: in_phase = .false.
     type(line_origin_type) :: phase_place
     type(points_request_type), allocatable :: points(:)
-    !> Places of all lines: items of the analysis only keep file and line.
+    !> Positions of all lines: items of the analysis only store file and line.
     type(line_origin_type), allocatable :: places(:)
-    !> Data lines of the elements of a mesh in the deck.
+    !> Positions of the data lines of the elements of a mesh in the deck.
     type(line_origin_type), allocatable :: element_places(:)
   contains
     procedure :: report_error, error_at, refuse, refuse_row, error_from, check_once, warn
   end type deck_state_type
 
-  !> A name is among those of a list, or among words.
+  !> Checks that a name is among those of a list, or among words.
   interface check_name
     procedure :: check_named, check_word
   end interface check_name
 
-  !> Lists; none is the analysis as a whole, of which the mesh is a part that only one card may bring.
+  !> Lists; none is the analysis as a whole. The mesh is a part that only one card may define.
   integer, parameter, public :: list_none = 0, list_mesh = 1, list_node_sets = 2, list_element_sets = 3, &
     list_surfaces = 4, list_bodies = 5, list_points = 6, list_materials = 7, list_histories = 8, list_stages = 9, &
     list_rigid_bodies = 10, list_contacts = 11, list_props = 12, list_phases = 13, list_tractions = 14, &
@@ -75,7 +75,7 @@ module qsmpm_deck_state
 
 contains
 
-  !> Report an error of the card.
+  !> Reports an error of the card.
   pure subroutine report_error(self, sentence)
     class(deck_state_type), intent(inout) :: self
     character(len=*), intent(in) :: sentence
@@ -83,7 +83,7 @@ contains
     call self%messages%add(severity_error, self%card%place, self%card%keyword, sentence)
   end subroutine report_error
 
-  !> Report an error of a data line of the card.
+  !> Reports an error of a data line of the card.
   pure subroutine error_at(self, row, sentence)
     class(deck_state_type), intent(inout) :: self
     type(row_type), intent(in) :: row
@@ -92,7 +92,7 @@ contains
     call self%messages%add(severity_error, row%place, self%card%keyword, sentence)
   end subroutine error_at
 
-  !> Report an error of the card, which is not good.
+  !> Reports an error of the card and marks the card.
   subroutine refuse(self, sentence)
     class(deck_state_type), intent(inout) :: self
     character(len=*), intent(in) :: sentence
@@ -101,10 +101,10 @@ contains
     call self%report_error(sentence)
   end subroutine refuse
 
-  !> Report an error of a data line, which is not good.
+  !> Reports an error of a data line and marks the line.
   subroutine refuse_row(self, row, sentence)
     class(deck_state_type), intent(inout) :: self
-    !> Its number.
+    !> Number of the data line.
     integer, intent(in) :: row
     character(len=*), intent(in) :: sentence
 
@@ -112,7 +112,7 @@ contains
     call self%error_at(self%card%rows(row), sentence)
   end subroutine refuse_row
 
-  !> Report an error of an item of the analysis.
+  !> Reports an error of an item of the analysis.
   pure subroutine error_from(self, where, keyword, sentence)
     class(deck_state_type), intent(inout) :: self
     type(source_line_type), intent(in) :: where
@@ -121,7 +121,7 @@ contains
     call self%messages%add(severity_error, place_of(self, where), keyword, sentence)
   end subroutine error_from
 
-  !> Warn of an item of the analysis.
+  !> Warns of an item of the analysis.
   pure subroutine warn(self, where, keyword, sentence)
     class(deck_state_type), intent(inout) :: self
     type(source_line_type), intent(in) :: where
@@ -130,10 +130,10 @@ contains
     call self%messages%add(severity_warning, place_of(self, where), keyword, sentence)
   end subroutine warn
 
-  !> No data line of the card names what one before it does.
+  !> Checks that no data line of the card repeats the first item of an earlier one.
   pure subroutine check_once(self, what)
     class(deck_state_type), intent(inout) :: self
-    !> What the first items are.
+    !> Kind of the first items.
     character(len=*), intent(in) :: what
     integer :: i, k
 
@@ -148,7 +148,7 @@ contains
     end associate
   end subroutine check_once
 
-  !> The place of an item: its first occurrence, for a file included twice.
+  !> Position of an item: its first occurrence, for a file included twice.
   pure type(line_origin_type) function place_of(self, where) result(place)
     type(deck_state_type), intent(in) :: self
     type(source_line_type), intent(in) :: where
@@ -163,7 +163,7 @@ contains
     end do
   end function place_of
 
-  !> A place as the analysis keeps it.
+  !> Converts a position into the form stored in the analysis.
   pure type(source_line_type) function source_line(place) result(where)
     type(line_origin_type), intent(in) :: place
 
@@ -171,7 +171,7 @@ contains
     where%line = place%line
   end function source_line
 
-  !> The full path of a file that a parameter of a card names.
+  !> Returns the full path of a file that a parameter of a card names.
   function beside_deck(card, parameter) result(path)
     type(card_type), intent(in) :: card
     character(len=*), intent(in) :: parameter
@@ -180,10 +180,10 @@ contains
     path = absolute_path(joined(directory_of(card%place%file), card%value(parameter)))
   end function beside_deck
 
-  !> A name is among those of a list.
+  !> Checks that a name is among those of a list.
   subroutine check_named(state, name, list, where, keyword, what)
     type(deck_state_type), intent(inout) :: state
-    !> The name; an empty one has been reported already.
+    !> The name; an empty one has already been reported.
     character(len=*), intent(in) :: name
     class(named_type), intent(in) :: list(:)
     type(source_line_type), intent(in) :: where
@@ -196,10 +196,10 @@ contains
     call check_word(state, name, names, where, keyword, what)
   end subroutine check_named
 
-  !> A name is among those there are.
+  !> Checks that a name is among the given ones.
   subroutine check_word(state, name, names, where, keyword, what)
     type(deck_state_type), intent(inout) :: state
-    !> The name; an empty one has been reported already.
+    !> The name; an empty one has already been reported.
     character(len=*), intent(in) :: name
     type(string_type), intent(in) :: names(:)
     type(source_line_type), intent(in) :: where
@@ -209,7 +209,7 @@ contains
     call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
   end subroutine check_word
 
-  !> A deck with nothing in it.
+  !> Initialises an empty deck.
   pure subroutine empty_deck(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -227,7 +227,7 @@ contains
     allocate (state%points(0), state%element_places(0), state%places(0))
   end subroutine empty_deck
 
-  !> A deck with one item in every list, from which defaults are taken.
+  !> Returns a deck with one item in every list, from which defaults are taken.
   type(deck_state_type) function prototype_deck() result(state)
     integer :: list
 
@@ -238,7 +238,7 @@ contains
     end do
   end function prototype_deck
 
-  !> Put a new item at the end of a list.
+  !> Appends a new item to a list.
   subroutine open_item(state, list)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: list
@@ -273,7 +273,7 @@ contains
     end associate
   end subroutine open_item
 
-  !> A new phase, or a new load, support, water level or motion of the last one.
+  !> Appends a phase, or a load, support, water level or motion to the last phase.
   pure subroutine open_phase_item(analysis, list)
     type(analysis_type), intent(inout) :: analysis
     integer, intent(in) :: list
@@ -301,7 +301,7 @@ contains
     end associate
   end subroutine open_phase_item
 
-  !> Number of items of a list; loads and supports are those of the phase that was gone to.
+  !> Number of items of a list; loads and supports are those of the current phase.
   integer function count_items(state, list) result(count)
     type(deck_state_type), intent(in), target :: state
     integer, intent(in) :: list
@@ -330,7 +330,7 @@ contains
     end select
   end function count_items
 
-  !> The item that cards are about from now on.
+  !> Sets the item to which the following cards belong.
   pure subroutine go_to_item(state, list, number)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: list, number
@@ -345,7 +345,7 @@ contains
     end select
   end subroutine go_to_item
 
-  !> The name of the last item of a list is that of no other; an empty one has been reported.
+  !> Checks that the name of the last item of a list is unique; an empty one has been reported.
   subroutine check_new_name(state, list, what)
     type(deck_state_type), intent(inout), target :: state
     integer, intent(in) :: list
@@ -363,7 +363,7 @@ contains
     end do
   end subroutine check_new_name
 
-  !> The items of a list that have names; null for the others.
+  !> Returns the items of a list that have names; null for the others.
   function named_items(analysis, list) result(items)
     type(analysis_type), intent(in), target :: analysis
     integer, intent(in) :: list

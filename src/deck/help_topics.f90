@@ -1,8 +1,9 @@
-!> Words of geotechnics, and cards of other programs, that are no keywords: which card does what they mean, or that
-!> nothing here does and what is nearest. The page docs/cannot.md is the same list of what is not there, with reasons.
+!> Help topics: geotechnical terms and keywords of other programs that are not keywords here, with the keyword that
+!> provides them, or the statement that it is not available and the closest alternative. docs/cannot.md lists what is
+!> not available with reasons.
 !>
-!> Words of decks and results that have another name now: said once for the reader, which names the new word beside the
-!> old one, for `qsmpm help renamed` and docs/renamed.md, and for tools/convert-deck, which asks the program.
+!> Renamed words of decks and results: reported by the reader, which names the new word in addition to the old one, by
+!> `qsmpm help renamed` and docs/renamed.md, and used by tools/convert-deck, which requests them from the program.
 module qsmpm_help_topics
   use qsmpm_text, only: string_type, replaced, split
   implicit none
@@ -10,20 +11,20 @@ module qsmpm_help_topics
 
   public :: topic_text, is_topic, topics_type, topics, renamed, renamed_text
 
-  !> A subject: words that ask for it, in capitals with commas between, and the answer.
+  !> A topic: terms in capitals separated by commas, and the answer.
   type :: topics_type
     character(len=160) :: words = ''
     character(len=330) :: answer = ''
   end type topics_type
 
-  !> Said behind the new word.
+  !> Text after the new word.
   character(len=*), parameter, public :: by_converter = ' (tools/convert-deck DECK writes the new words)'
 
   integer, parameter :: n = 24
   character(len=*), parameter :: keyword = 'keyword', curves = 'curves.csv'
 
   type :: renamed_type
-    !> `keyword`, the keyword that a parameter belongs to (its present name), or the file of a result.
+    !> `keyword`, the keyword to which a parameter belongs (its current name), or the file of a result.
     character(len=n) :: where
     character(len=n) :: old, new
   end type renamed_type
@@ -43,8 +44,8 @@ module qsmpm_help_topics
 
 contains
 
-  !> The answer to a word in capitals; empty when there is none. A topic answers to one of its own words before others
-  !> do to words that hold one of theirs.
+  !> Returns the answer to a word in capitals, empty if there is none. Exact terms of topics take precedence over
+  !> partial matches.
   pure function topic_text(word) result(text)
     character(len=*), intent(in) :: word
     character(len=:), allocatable :: text
@@ -59,19 +60,19 @@ contains
     if (k > 0) text = trim(known(k)%answer)
   end function topic_text
 
-  !> Whether a word in capitals is itself one that a topic answers to.
+  !> Checks whether a word in capitals is itself a term of a topic.
   pure logical function is_topic(word)
     character(len=*), intent(in) :: word
 
     is_topic = topic_of(topics(), word, .true.) > 0
   end function is_topic
 
-  !> Number of the first topic that answers to a word, 0 for none. A word holds one of a topic where one of its parts
-  !> begins with it; up to three letters are held whole.
+  !> Returns the number of the first topic that matches a word, 0 for none. A word matches a term if one of its parts
+  !> begins with it; terms of up to three letters must match entirely.
   pure integer function topic_of(known, word, whole) result(found)
     type(topics_type), intent(in) :: known(:)
     character(len=*), intent(in) :: word
-    !> The word is to be one of the topic's, not only to hold one.
+    !> The word must equal a term, not only contain one.
     logical, intent(in) :: whole
     type(string_type), allocatable :: asked(:)
     integer :: i
@@ -86,7 +87,7 @@ contains
     found = 0
   end function topic_of
 
-  !> Whether one of the parts of a word between blanks begins with a word of a topic, or is it if that is short.
+  !> Checks whether a part of a word between blanks begins with a term, or equals it if that is short.
   pure logical function holds(word, part)
     character(len=*), intent(in) :: word, part
 
@@ -97,14 +98,14 @@ contains
     end if
   end function holds
 
-  !> All subjects: first what cards do under another name, then what is not there.
+  !> Returns all topics: first those available under another name, then those not available.
   pure function topics() result(known)
     type(topics_type), allocatable :: known(:)
 
     allocate (known, source=[workflow(), soil(), other_programs(), tools(), missing()])
   end function topics
 
-  !> The ground, its water and what is built.
+  !> Topics of ground, water and structures.
   pure function workflow() result(known)
     type(topics_type), allocatable :: known(:)
 
@@ -156,7 +157,7 @@ contains
         '*CONTROLS, LIMIT COMPLIANCE= ends a phase at its limit load; docs/methods/limit_loads.md')])
   end function workflow
 
-  !> Soil, laboratory, model.
+  !> Topics of soil, laboratory tests and model.
   pure function soil() result(known)
     type(topics_type), allocatable :: known(:)
 
@@ -201,7 +202,7 @@ contains
         '*MODEL, TYPE=; AUTO finds the smallest model: docs/scene.md')])
   end function soil
 
-  !> Cards and words of other programs.
+  !> Keywords and terms of other programs.
   pure function other_programs() result(known)
     type(topics_type), allocatable :: known(:)
 
@@ -235,7 +236,7 @@ contains
         'plot draw them: docs/results.md')])
   end function other_programs
 
-  !> What is no card: files, commands, other languages.
+  !> Topics that are no keywords: files, commands, other languages.
   pure function tools() result(known)
     type(topics_type), allocatable :: known(:)
 
@@ -270,7 +271,7 @@ contains
         'written in Python: docs/howto/many_runs.md; a law is fitted by *POINT TEST: docs/point_tests.md')])
   end function tools
 
-  !> What nothing here does.
+  !> Topics that are not available.
   pure function missing() result(known)
     type(topics_type), allocatable :: known(:)
 
@@ -307,9 +308,9 @@ contains
         'GPUs are not used: --threads N takes more cores, qsmpm-mpi many processes: docs/distributed.md')])
   end function missing
 
-  !> Present name of a word; empty when it was not renamed.
+  !> Returns the current name of a word; empty if it was not renamed.
   pure function renamed(where, old) result(new)
-    !> `keyword`, or the keyword as it is now that a parameter belongs to; the word in capitals, without a star.
+    !> `keyword`, or the current keyword to which a parameter belongs; the word in capitals, without a star.
     character(len=*), intent(in) :: where, old
     character(len=:), allocatable :: new
     integer :: i
@@ -320,7 +321,7 @@ contains
     end do
   end function renamed
 
-  !> All renamed words as a table in Markdown.
+  !> Returns all renamed words as a table in Markdown.
   pure function renamed_text() result(text)
     character(len=:), allocatable :: text
     integer :: i
@@ -332,7 +333,7 @@ contains
     end do
   end function renamed_text
 
-  !> The place of a word as a reader knows it.
+  !> Returns the position of a word in terms of the deck.
   pure function shown(where) result(text)
     character(len=*), intent(in) :: where
     character(len=:), allocatable :: text

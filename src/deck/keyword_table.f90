@@ -1,8 +1,8 @@
-!> The table of keywords: what a card is for, where it may stand, which procedure has its fields (qsmpm_card_fields)
-!> and which one finishes a card that was read. Check, reader, echo, help and deck reference go by it.
+!> The keyword table: purpose of a card, its position, the procedure with its fields (qsmpm_card_fields) and the one
+!> that finishes a card that was read. Check, reader, echo, help and deck reference use it.
 !>
-!> The words of the deck for the enumerations of the analysis: one list each, in the order of the
-!> parameters of the descriptions in src/problem, used for reading, for the deck reference and for the echo.
+!> The words of the deck for the enumerations of the analysis: one list each, in the order of the parameters of the
+!> descriptions in src/problem, used for reading, for the deck reference and for the echo.
 module qsmpm_keyword_table
   use qsmpm_text, only: string_type, replaced
   use qsmpm_card_fields, only: card_fields_type
@@ -15,39 +15,39 @@ module qsmpm_keyword_table
 
   public :: table_type, keyword_type, bar_list, position_of
 
-  !> Where a card may stand.
+  !> Positions where a card may be.
   integer, parameter, public :: in_model = 1, in_material = 2, in_phase = 3, anywhere = 4
-  !> How often a card may stand there.
+  !> How often a card may be there.
   integer, parameter, public :: once = 1, many = 2
 
   abstract interface
-    !> The fields of a card.
+    !> Describes the fields of a card.
     subroutine fields_interface(fields, deck)
       import :: card_fields_type, deck_state_type
       class(card_fields_type), intent(inout) :: fields
       type(deck_state_type), intent(inout) :: deck
     end subroutine fields_interface
 
-    !> What follows the reading of the card: checks of what its fields say together, and data lines that are no columns.
+    !> Finishes a card after reading: joint checks of its fields, and data lines without columns.
     subroutine finish_interface(state)
       import :: deck_state_type
       type(deck_state_type), intent(inout) :: state
     end subroutine finish_interface
   end interface
 
-  !> A keyword.
+  !> Entry of a keyword.
   type :: keyword_type
     character(len=:), allocatable :: name, sentence, example
-    !> Choices by scene, one a line; unallocated where there is nothing to choose.
+    !> Recommended choices by kind of scene, one per line; unallocated if there is no choice.
     character(len=:), allocatable :: advice
     integer :: section = in_model
     integer :: times = once
-    !> What the card is about: one of the lists of qsmpm_deck_state; and, where it begins an item of it, what that is.
+    !> List of qsmpm_deck_state to which the card belongs; and, if it begins an item of it, the kind of that item.
     integer :: list = list_none
     character(len=:), allocatable :: opens
     procedure(fields_interface), pointer, nopass :: fields => null()
     procedure(finish_interface), pointer, nopass :: finish => null()
-    !> As the fields describe them.
+    !> Parameters as described by the fields.
     type(item_type), allocatable :: parameters(:)
     type(data_type), allocatable :: data(:)
   end type keyword_type
@@ -56,7 +56,7 @@ module qsmpm_keyword_table
   type :: table_type
     integer :: count = 0
     type(keyword_type), allocatable :: keywords(:)
-    !> One of everything, with its defaults.
+    !> Deck with one item of each list, with its defaults.
     type(deck_state_type), private, allocatable :: prototype
   contains
     procedure :: add
@@ -68,7 +68,7 @@ module qsmpm_keyword_table
   integer, parameter :: n = 16
   character(len=n), parameter, public :: model_words(4) = [character(len=n) :: &
     'PLANE STRAIN', 'AXISYMMETRIC', '3D', 'AUTO']
-  !> From 0.
+  !> Numbered from 0.
   character(len=n), parameter, public :: mirror_words(0:2) = [character(len=n) :: 'AUTO', 'YES', 'NO']
   character(len=n), parameter, public :: diagonal_words(4) = [character(len=n) :: &
     'RIGHT', 'LEFT', 'RANDOM', 'ALTERNATE']
@@ -87,18 +87,18 @@ module qsmpm_keyword_table
   character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', 'CELL']
   character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: 'JAUMANN', 'LOGARITHMIC']
   character(len=n), parameter, public :: rate_words(2) = [character(len=n) :: 'PAPER', 'MIDPOINT']
-  !> From 0.
+  !> Numbered from 0.
   character(len=n), parameter, public :: stabilisation_words(0:2) = [character(len=n) :: &
     'NONE', 'BACKGROUND', 'GHOST']
   character(len=n), parameter, public :: interface_words(2) = [character(len=n) :: 'UMAT', 'UDSM']
-  !> From 0.
+  !> Numbered from 0.
   character(len=n), parameter, public :: model_tangent_words(0:3) = [character(len=n) :: &
     'AUTO', 'CONSISTENT', 'ELASTIC', 'NUMERICAL']
   character(len=n), parameter, public :: phase_words(2) = [character(len=n) :: 'LOADING', 'SAFETY']
   character(len=n), parameter, public :: geometry_words(2) = [character(len=n) :: 'FIXED', 'MOVING']
-  !> From 0.
+  !> Numbered from 0.
   character(len=n), parameter, public :: initial_words(0:3) = [character(len=n) :: 'KEEP', 'K0', 'ISOTROPIC', 'GIVEN']
-  !> From 0.
+  !> Numbered from 0.
   character(len=n), parameter, public :: support_words(0:2) = [character(len=n) :: 'FREE', 'NORMAL', 'ALL']
   character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', 'POINTS']
   character(len=n), parameter, public :: fill_words(2) = [character(len=n) :: 'LEVEL', 'SHAPE']
@@ -109,18 +109,18 @@ module qsmpm_keyword_table
 
 contains
 
-  !> One more keyword.
+  !> Adds a keyword.
   subroutine add(self, name, section, times, sentence, fields, example, finish, list, opens)
     class(table_type), intent(inout) :: self
-    !> Capitals, without the star.
+    !> In capitals, without the star.
     character(len=*), intent(in) :: name
     integer, intent(in) :: section, times
     character(len=*), intent(in) :: sentence
     procedure(fields_interface) :: fields
-    !> Lines of a deck with bars between them.
+    !> Lines of a deck separated by bars.
     character(len=*), intent(in) :: example
     procedure(finish_interface), optional :: finish
-    !> The material or the phase the card stands in when not given.
+    !> If not given, the list of materials or of phases, by the section.
     integer, intent(in), optional :: list
     character(len=*), intent(in), optional :: opens
     type(describer_type) :: describer
@@ -149,10 +149,10 @@ contains
     end associate
   end subroutine add
 
-  !> Say what to choose for a scene.
+  !> Adds a recommended choice for a kind of scene.
   subroutine advise(self, scene, choice)
     class(table_type), intent(inout) :: self
-    !> Kind of scene, and what is best for it and why.
+    !> Kind of scene, and the recommended choice with its reason.
     character(len=*), intent(in) :: scene, choice
 
     associate (entry => self%keywords(self%count))
@@ -161,17 +161,17 @@ contains
     end associate
   end subroutine advise
 
-  !> Number of a keyword, 0 when there is none of the name.
+  !> Returns the number of a keyword, 0 if there is none of the name.
   pure integer function find(self, name)
     class(table_type), intent(in) :: self
-    !> Capitals, blanks squeezed, without the star.
+    !> In capitals, blanks squeezed, without the star.
     character(len=*), intent(in) :: name
     integer :: i
 
     find = findloc([(self%keywords(i)%name == name, i=1, self%count)], .true., dim=1)
   end function find
 
-  !> Names of all keywords.
+  !> Returns the names of all keywords.
   pure subroutine names(self, list)
     class(table_type), intent(in) :: self
     type(string_type), allocatable, intent(inout) :: list(:)
@@ -184,7 +184,7 @@ contains
     end do
   end subroutine names
 
-  !> Words with bars between them, as the keyword table wants them.
+  !> Returns words separated by bars, the form of the keyword table.
   pure function bar_list(words) result(text)
     character(len=*), intent(in) :: words(:)
     character(len=:), allocatable :: text
@@ -196,7 +196,7 @@ contains
     end do
   end function bar_list
 
-  !> Position of a word in a list from 1, 0 when it is not there.
+  !> Returns the position of a word in a list from 1, 0 if it is absent.
   pure integer function position_of(word, words) result(position)
     character(len=*), intent(in) :: word, words(:)
 

@@ -1,4 +1,4 @@
-!> All keywords of the deck, in the order of the deck reference and of the echo. A new keyword is an entry and its
+!> All keywords of the deck, in the order of the deck reference and of the echo. A new keyword is an entry with its
 !> fields in one of the modules used here.
 module qsmpm_keywords
   use qsmpm_keyword_table, only: table_type
@@ -17,7 +17,7 @@ module qsmpm_keywords
 
 contains
 
-  !> The table of keywords.
+  !> Makes the keyword table.
   subroutine make_table(table)
     type(table_type), intent(out) :: table
 

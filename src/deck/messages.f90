@@ -1,5 +1,5 @@
-!> What the reader has to say of a deck: errors and warnings with file and line, in the order of the
-!> deck however they were found.
+!> Messages of the deck reader: errors and warnings with file and line, in the order of the deck regardless of the order
+!> in which they were found.
 module qsmpm_messages
   use qsmpm_sorting, only: order_columns
   use qsmpm_text, only: integer_text
@@ -10,26 +10,26 @@ module qsmpm_messages
 
   integer, parameter, public :: severity_warning = 1, severity_error = 2
 
-  !> Where a line of the deck was written.
+  !> Position of a line in the deck.
   type :: line_origin_type
     character(len=:), allocatable :: file
     integer :: line = 0
-    !> How the file came into the deck: ' (included from a.inp:3)', empty in the deck itself.
+    !> Chain of inclusion of the file: ' (included from a.inp:3)', empty in the deck itself.
     character(len=:), allocatable :: chain
     !> Number of the line in the deck with all its included files.
     integer :: order = 0
   end type line_origin_type
 
-  !> One sentence.
+  !> One message.
   type :: message_type
     integer :: severity = severity_error
     !> `file:line: *KEYWORD: sentence`.
     character(len=:), allocatable :: text
-    !> Place in the deck.
+    !> Position in the deck.
     integer :: order = 0
   end type message_type
 
-  !> All sentences; `items(:count)` are used.
+  !> All messages; `items(:count)` are used.
   type :: message_list_type
     integer :: count = 0
     type(message_type), allocatable :: items(:)
@@ -41,13 +41,13 @@ module qsmpm_messages
 
 contains
 
-  !> Add a sentence.
+  !> Adds a message.
   pure subroutine add(self, severity, place, keyword, sentence)
     class(message_list_type), intent(inout) :: self
     !> severity_warning or severity_error.
     integer, intent(in) :: severity
     type(line_origin_type), intent(in) :: place
-    !> Keyword without its star, empty when there is none.
+    !> Keyword without its star, empty if there is none.
     character(len=*), intent(in) :: keyword
     character(len=*), intent(in) :: sentence
     character(len=:), allocatable :: text
@@ -64,7 +64,7 @@ contains
     end associate
   end subroutine add
 
-  !> Room for one more.
+  !> Reserves space for one more message.
   pure subroutine make_room(self)
     type(message_list_type), intent(inout) :: self
     type(message_type), allocatable :: longer(:)
@@ -76,7 +76,7 @@ contains
     call move_alloc(longer, self%items)
   end subroutine make_room
 
-  !> Bring the sentences into the order of the deck; those of one line keep theirs.
+  !> Sorts the messages into the order of the deck; those of one line keep theirs.
   pure subroutine sort(self)
     class(message_list_type), intent(inout) :: self
     type(message_type), allocatable :: sorted(:)
@@ -101,10 +101,10 @@ contains
     if (self%count > 0) error_count = count(self%items(:self%count)%severity == severity_error)
   end function error_count
 
-  !> All sentences, one a line.
+  !> Returns all messages, one per line.
   pure function message_text(messages) result(text)
     type(message_list_type), intent(in) :: messages
-    !> Empty when it had nothing to say.
+    !> Empty if there are none.
     character(len=:), allocatable :: text
     integer :: i, length
 

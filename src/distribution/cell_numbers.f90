@@ -1,5 +1,5 @@
-!> Numbers of cells in the part of a grid that a process looks at, and in the whole grid. A mesh that is no grid is
-!> whole on every process, and a cell has one number.
+!> Cell numbers in the window of a grid that a process uses, and in the whole grid. A mesh that is not a grid is whole
+!> on every process, and its cells have one number.
 module qsmpm_cell_numbers
   use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_cell_boxes, only: is_inside
@@ -15,7 +15,7 @@ module qsmpm_cell_numbers
 
 contains
 
-  !> The whole grid; of other meshes the window that the state names, which means nothing.
+  !> Window of the whole grid; for other meshes the window of the state, which has no meaning.
   pure type(window_type) function whole_of(model)
     type(model_type), intent(in) :: model
 
@@ -23,7 +23,7 @@ contains
     if (model%analysis%mesh%kind == mesh_grid) whole_of = whole_window(grid_of(model%analysis))
   end function whole_of
 
-  !> Mesh cells that a brick of the grid is cut into.
+  !> Number of mesh cells into which a brick of the grid is divided.
   pure integer function pieces_in(model) result(pieces)
     type(model_type), intent(in) :: model
 
@@ -35,7 +35,7 @@ contains
   pure function whole_cells(model, cell, window) result(number)
     type(model_type), intent(in) :: model
     integer, intent(in) :: cell(:)
-    !> That of the model unless given.
+    !> The window of the model unless given.
     type(window_type), intent(in), optional :: window
     integer :: number(size(cell))
     type(window_type) :: from
@@ -45,7 +45,7 @@ contains
     number = renumbered(from, whole_of(model), pieces_in(model), cell)
   end function whole_cells
 
-  !> Numbers in the window of cells of the whole mesh; 0 for one that it has not.
+  !> Numbers in the window of cells of the whole mesh; 0 for one outside it.
   pure function window_cells(model, cell) result(number)
     type(model_type), intent(in) :: model
     integer, intent(in) :: cell(:)
@@ -54,10 +54,10 @@ contains
     number = renumbered(whole_of(model), model%state%window, pieces_in(model), cell)
   end function window_cells
 
-  !> Numbers in another window of cells of a window: 0 for one that it has not, and for 0.
+  !> Numbers in another window of cells of a window: 0 for one outside it, and for 0.
   pure function renumbered(from, to, pieces, cell) result(number)
     type(window_type), intent(in) :: from, to
-    !> Mesh cells a brick is cut into.
+    !> Mesh cells per brick.
     integer, intent(in) :: pieces
     integer, intent(in) :: cell(:)
     integer :: number(size(cell)), i
@@ -74,7 +74,7 @@ contains
     end do
   end function renumbered
 
-  !> Number the cells of all that rides on the mesh or waits as another window does.
+  !> Renumbers the cells of all sets of points, active or inactive, for another window.
   pure subroutine number_all(model, from, to)
     type(model_type), intent(inout) :: model
     type(window_type), intent(in) :: from, to
@@ -95,7 +95,7 @@ contains
 
   contains
 
-    !> Those of one set.
+    !> Renumbers those of one set.
     pure subroutine number_cells(carried)
       class(carried_type), intent(inout) :: carried
 
@@ -103,10 +103,10 @@ contains
     end subroutine number_cells
   end subroutine number_all
 
-  !> Add the cells that places are in to a window of the grid.
+  !> Extends a window of the grid by the cells that contain points.
   pure subroutine add_places(model, carried, window)
     type(model_type), intent(in) :: model
-    !> Their cells numbered as in the whole grid.
+    !> Points with cells numbered as in the whole grid.
     class(carried_type), intent(in) :: carried
     type(window_type), intent(inout) :: window
     type(window_type) :: whole

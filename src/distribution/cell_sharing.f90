@@ -1,7 +1,7 @@
-!> The cells of a model shared between the processes of a team, so that each has as many material points: boxes of a
+!> Distribution of the cells of a model among the processes of a team, with equal numbers of material points: boxes of a
 !> grid (qsmpm_cell_boxes), parts of other meshes (qsmpm_cell_parts, qsmpm_node_ordering). A grid of triangles, of
-!> wedges of six or of tetrahedra of four nodes is shared as a mesh, and every process looks at all of it: which of its
-!> cells share a pressure follows from all that hold material (qsmpm_pressure_groups).
+!> 6-node wedges or of 4-node tetrahedra is distributed as a mesh, and every process stores all of it: which of its
+!> cells share a pressure depends on all cells with material (qsmpm_pressure_groups).
 module qsmpm_cell_sharing
   use qsmpm_kinds, only: long
   use qsmpm_analysis, only: analysis_type
@@ -25,7 +25,7 @@ module qsmpm_cell_sharing
 
 contains
 
-  !> Whether processes share boxes of the grid.
+  !> Checks whether boxes of the grid are distributed.
   pure logical function has_boxes(analysis)
     type(analysis_type), intent(in) :: analysis
 
@@ -33,11 +33,11 @@ contains
     if (has_boxes) has_boxes = .not. needs_patches(element_from_name(analysis%mesh%element))
   end function has_boxes
 
-  !> Find the owners of the cells; the processes of a model that is divided do so together.
+  !> Determines the owners of the cells; the processes of a divided model do so together.
   subroutine share_model(model, ranks, rows, owners, short)
-    !> The mesh is whole, unless boxes are shared.
+    !> The mesh is whole, unless boxes are distributed.
     type(model_type), intent(in) :: model
-    !> Processes, and rows of cells around those of each that it is asked for.
+    !> Number of processes, and required rows of cells around those of each.
     integer, intent(in) :: ranks, rows
     class(cell_owners_type), allocatable, intent(out) :: owners
     !> There are too few cells with material.
@@ -51,10 +51,10 @@ contains
     end associate
   end subroutine share_model
 
-  !> The same by the cells of points that are not there yet.
+  !> Determines the owners from the cells of points that do not exist yet.
   subroutine share_by_cells(model, cell, ranks, rows, owners, short)
     type(model_type), intent(in) :: model
-    !> Of the points that this process counts, by their numbers in the whole mesh.
+    !> Cells of the points that this process counts, numbered as in the whole mesh.
     integer, intent(in) :: cell(:)
     integer, intent(in) :: ranks, rows
     class(cell_owners_type), allocatable, intent(out) :: owners
@@ -71,11 +71,11 @@ contains
     end if
   end subroutine share_by_cells
 
-  !> Share a mesh: a cell weighs as many points as it has.
+  !> Distributes a mesh; the weight of a cell is its number of points.
   subroutine share_mesh(team, mesh, cell, ranks, rows, owners, short)
     type(team_type), intent(in) :: team
     type(mesh_type), intent(in) :: mesh
-    !> Of the material points of this process.
+    !> Cells of the material points of this process.
     integer, intent(in) :: cell(:)
     integer, intent(in) :: ranks, rows
     type(part_owners_type), intent(out) :: owners

@@ -1,11 +1,11 @@
-!> A model divided between the processes of a team, and made whole again.
+!> Domain decomposition: division of a model among the processes of a team, and reassembly of the complete model.
 !>
-!> A model is divided as it is built, or built whole by every process, which then keeps the material points and
-!> surface points of its own cells (qsmpm_cell_owners) and those in a ring of cells around them, and looks at that
-!> part of a grid only. After an accepted step the copies are thrown away, points that have left the cells go to the
-!> process whose own they are in, and every process gets copies anew, so that copies never differ from what they are
-!> copies of. Points of bodies that the phase takes out go the same way. Tracers, watched places and feet of bodies are
-!> few: all processes have all of them, and the one in whose cells they are moves them. Bodies that wait are put aside.
+!> A model is divided as it is built, or built whole by every process, which then keeps the material points and surface
+!> points of its own cells (qsmpm_cell_owners) and those in a ring of cells around them, and uses only that part of a
+!> grid. After an accepted step the copies are discarded, points that have left the cells are sent to their new owners,
+!> and every process receives new copies, so that copies never differ from their originals. Points of bodies that the
+!> phase removes are treated alike. Tracers, watched places and feet of bodies are few: all processes store all of them,
+!> and the one that owns their cell moves them. Inactive bodies are stored separately.
 module qsmpm_division
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active
@@ -40,17 +40,17 @@ module qsmpm_division
   implicit none
   private
 
-  !> Numbers of a census: four of each of three sets.
+  !> Numbers of a census: four for each of three sets.
   integer, parameter :: census_size = 12
 
-  !> Rows of cells that a ring is wider where places that are in no material go with the nearest of it, where bodies
-  !> touch surfaces, and where cells of a mesh share pressures or gradients.
+  !> Additional rows of a ring where places outside of material move with the nearest material point, where bodies are
+  !> in contact with surfaces, and where cells of a mesh share pressures or gradients.
   integer, parameter :: nearest_rows = 2, contact_rows = 2, element_rows = 3
 
-  !> Rows over which a patch on a body goes on, with a short one that joins it, and the one of the soil around it.
+  !> Rows over which a patch on a body extends, including a short one merged with it, and that of the surrounding soil.
   integer, parameter :: body_rows = 4
 
-  !> Rows of cells that a ring is wider where cells may share a pressure: a pair, and one more at either end.
+  !> Additional rows of a ring where cells may share a pressure: a pair, and one more at either end.
   integer, parameter :: patch_rows = 2
 
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
@@ -60,7 +60,7 @@ module qsmpm_division
 
 contains
 
-  !> Divide a whole model.
+  !> Divides a whole model.
   subroutine divide_model(model, team, error)
     type(model_type), intent(inout) :: model
     type(team_type), intent(in) :: team
@@ -80,7 +80,7 @@ contains
     call settle_part(model)
   end subroutine divide_model
 
-  !> There are fewer cells with material than a team must have.
+  !> Reports that there are fewer cells with material than a team requires.
   subroutine refuse_short(ranks, error)
     integer, intent(in) :: ranks
     type(error_type), allocatable, intent(out) :: error
@@ -89,7 +89,7 @@ contains
       integer_text(ranks)//' processes')
   end subroutine refuse_short
 
-  !> A whole model is that of a team, which has not shared it yet.
+  !> Assigns a whole model to a team that has not divided it yet.
   subroutine enter_team(model, team)
     type(model_type), intent(inout) :: model
     type(team_type), intent(in) :: team
@@ -98,20 +98,20 @@ contains
     model%part%team = team
     model%part%ring = ring_of(model%analysis)
     model%part%history_number = numbers_of(model)
-    ! Points that carry tractions are known by their numbers while the model is divided.
+    ! Points that apply tractions are identified by their numbers while the model is divided.
     if (allocated(model%carrying_point)) model%carrying_point = int(model%state%points%number(model%carrying_point))
   end subroutine enter_team
 
-  !> Keep the part of a model that is this process's, the owners of the cells being known.
+  !> Keeps the part of a model that belongs to this process, once the owners of the cells are known.
   subroutine settle_part(model)
-    !> Its points are those of the whole model, or some that hold all that are near.
+    !> Its points are those of the whole model, or a subset that includes all nearby ones.
     type(model_type), intent(inout) :: model
 
     call number_all(model, model%state%window, whole_of(model))
     call settle_near(model)
   end subroutine settle_part
 
-  !> The same with the cells numbered as in the whole mesh.
+  !> Keeps the part of this process, with the cells numbered as in the whole mesh.
   subroutine settle_near(model)
     type(model_type), intent(inout) :: model
     integer :: b
@@ -124,10 +124,10 @@ contains
     call look_at(model, .true.)
   end subroutine settle_near
 
-  !> Divide a model that is divided in another way, by its points as they lie now: they go to their new processes.
+  !> Divides a divided model differently, by the current positions of its points, which are sent to their new owners.
   subroutine divide_anew(model, error)
     type(model_type), intent(inout) :: model
-    !> error_other: points were lost or doubled.
+    !> error_other: points were lost or duplicated.
     type(error_type), allocatable, intent(out) :: error
     class(cell_owners_type), allocatable :: owners
     integer, allocatable :: labels(:)
@@ -137,7 +137,7 @@ contains
 
     before = census(model)
     call share_model(model, model%part%team%ranks, rows_of(model%analysis), owners, short)
-    ! As few cells as that are shared as they were.
+    ! With too few cells the distribution is not changed.
     if (short) return
     call collect_forces(model, labels, forces)
     call move_alloc(owners, model%part%owners)
@@ -150,7 +150,7 @@ contains
     if (any(census(model) /= before)) call fail(error, error_other, lost)
   end subroutine divide_anew
 
-  !> Find the owners of the cells. A mesh that is shared in parts is looked at whole.
+  !> Determines the owners of the cells. A mesh that is distributed in parts is stored whole.
   subroutine share_cells(model, ranks, short)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: ranks
@@ -166,7 +166,8 @@ contains
     call share_model(model, ranks, rows_of(model%analysis), model%part%owners, short)
   end subroutine share_cells
 
-  !> Keep what is own or in the ring of this process, and put aside what waits; cells are numbered as in the whole mesh.
+  !> Keeps points owned by this process or in its ring, and separates inactive ones; cells are numbered as in the
+  !> whole mesh.
   subroutine take_near(model)
     type(model_type), intent(inout) :: model
 
@@ -182,13 +183,13 @@ contains
     end associate
   end subroutine take_near
 
-  !> Rows of cells around own ones whose points an own function sees: half the cells that it reaches over, and one more
-  !> where points have domains. All else that depends on cells around is told by their owners (qsmpm_ring_exchange), but
-  !> for this: a surface point that has left the cells with material goes with the nearest point, one cell further than
-  !> surface points are copied, and material that is taken out with the nodes of cells that functions of others see.
-  !> Patches of contact join their neighbours, and these theirs; one on a body that acts on own nodes, which functions
-  !> let it do from their degree of cells and one away, is to be had whole, with the soil around it. Cells of elements
-  !> but QUAD4 and HEX8 may share a pressure or the gradients at their nodes.
+  !> Number of rows of cells around own ones whose points are within the support of own functions: half the cells that a
+  !> function extends over, and one more where points have domains. Other data that depend on surrounding cells are sent
+  !> by their owners (qsmpm_ring_exchange), except for these: a surface point that has left the cells with material
+  !> moves with the nearest point, one cell beyond the ring of copied surface points, and removed material moves with
+  !> the nodes of cells within the functions of others. Contact patches merge with their neighbours, and these with
+  !> theirs; one on a body that acts on own nodes, possible up to degree cells plus one away, must be whole, with the
+  !> surrounding soil. Cells of elements other than QUAD4 and HEX8 may share a pressure or the gradients at their nodes.
   pure integer function ring_of(analysis) result(ring)
     type(analysis_type), intent(in) :: analysis
     integer :: p
@@ -208,17 +209,17 @@ contains
     ring = ring + element_rows
   end function ring_of
 
-  !> Rows of cells around its own that a process is asked for.
+  !> Number of rows of cells around its own that a process requires.
   pure integer function rows_of(analysis) result(rows)
     type(analysis_type), intent(in) :: analysis
 
     rows = ring_of(analysis) + rows_beyond
   end function rows_of
 
-  !> Points go to the processes whose own they are now, and copies to those whose rings they are in.
+  !> Sends points to their new owners, and copies to the processes in whose rings they are.
   subroutine migrate_points(model, error)
     type(model_type), intent(inout) :: model
-    !> error_other, on all processes alike: points were lost or doubled, or places have left the material that is near.
+    !> error_other, on all processes alike: points were lost or duplicated, or places have left the nearby material.
     type(error_type), allocatable, intent(out) :: error
     integer(long) :: before(census_size)
 
@@ -226,7 +227,7 @@ contains
     before = census(model)
     call send_all(model, .false.)
     associate (state => model%state, inactive => model%state%inactive)
-      ! A process without material cannot tell how surface points of others move.
+      ! A process without material cannot determine how surface points of others move.
       if (state%points%count == 0) call keep_chosen(state%surface, near_ones(model%part, state%surface, 0))
       if (state%points%count + inactive%unloading%count == 0) &
         call keep_chosen(inactive%unloading_surface, near_ones(model%part, inactive%unloading_surface, 0))
@@ -240,15 +241,15 @@ contains
     call agree(model%part%team, error)
   end subroutine migrate_points
 
-  !> Send own points and what this process knows of other places; cells are numbered as in the whole mesh afterwards.
+  !> Sends own points and the data of other places; on return cells are numbered as in the whole mesh.
   subroutine send_all(model, everywhere)
     type(model_type), intent(inout) :: model
-    !> Every process gets all.
+    !> Every process receives all.
     logical, intent(in) :: everywhere
 
     call number_all(model, model%state%window, whole_of(model))
     associate (part => model%part, state => model%state, inactive => model%state%inactive)
-      ! Surface points are copied from a row less: the nearest material point to one is looked for
+      ! Surface points are copied from one row less, since the nearest material point to each is searched for
       ! (qsmpm_carried_basis).
       call send_points(part, part%points, part%ring, state%points, everywhere)
       call send_points(part, part%surface, part%ring - 1, state%surface, everywhere)
@@ -262,7 +263,7 @@ contains
     end associate
   end subroutine send_all
 
-  !> Whether something that this process is to move lies outside of the part of the grid that it looks at.
+  !> Checks whether a point that this process has to move is outside of its part of the grid.
   pure logical function is_left_behind(model) result(behind)
     type(model_type), intent(in) :: model
     logical :: waits(model%state%tracers%count)
@@ -282,7 +283,7 @@ contains
     end associate
   end function is_left_behind
 
-  !> The whole model on every process again.
+  !> Restores the whole model on every process.
   subroutine join_model(model, error)
     type(model_type), intent(inout) :: model
     type(error_type), allocatable, intent(out) :: error
@@ -308,8 +309,8 @@ contains
     call put_forces(model, labels, forces)
   end subroutine join_model
 
-  !> Look at the part of a grid in which the points and places of all processes are; no forces are there yet, nor what
-  !> is kept at nodes. Cells are numbered as in the whole grid before, as in the window afterwards.
+  !> Generates the window with the points and places of all processes, before there are forces or nodal data. On entry
+  !> cells are numbered as in the whole grid, on return as in the window.
   subroutine look_at_all(model)
     type(model_type), intent(inout) :: model
     type(window_type) :: used
@@ -331,7 +332,7 @@ contains
     call clear_nodal(model%state%kept, model%space%node_count)
   end subroutine look_at_all
 
-  !> Points that carry tractions are known by their places in the whole model again, whose points are sorted by number.
+  !> Converts points that apply tractions back to positions in the whole model, whose points are sorted by number.
   pure subroutine carry_by_place(model)
     type(model_type), intent(inout) :: model
     integer :: i
@@ -342,7 +343,7 @@ contains
     end do
   end subroutine carry_by_place
 
-  !> How the points are shared, for the log.
+  !> Returns a description of the distribution of the points, for the log.
   function division_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -357,7 +358,7 @@ contains
 
   contains
 
-    !> With two digits behind the point.
+    !> Returns a number with two decimals.
     function two_digits(x) result(text)
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
@@ -366,7 +367,7 @@ contains
     end function two_digits
   end function division_text
 
-  !> Own points of the process that has most of them, over the mean; 1 for a model that is whole.
+  !> Largest number of own points of a process relative to the mean; 1 for an undivided model.
   real(wp) function unevenness(model)
     type(model_type), intent(in) :: model
     real(wp) :: own
@@ -379,8 +380,8 @@ contains
     end associate
   end function unevenness
 
-  !> Own material points, those that are taken out, and surface points of all processes: how many, the sums of their
-  !> numbers, and what they carry.
+  !> Own material points, removed ones, and surface points of all processes: their number, and the sums of their numbers
+  !> and of the quantities that they store.
   function census(model) result(sums)
     type(model_type), intent(in) :: model
     integer(long) :: sums(census_size)
@@ -392,10 +393,10 @@ contains
 
   contains
 
-    !> Those of one set.
+    !> Census of one set.
     function counts(carried, marks)
       class(carried_type), intent(in) :: carried
-      !> Which of them are own; unallocated where all are.
+      !> Marks of own ones; unallocated if all are own.
       logical, allocatable, intent(in) :: marks(:)
       integer(long) :: counts(census_size/3)
       logical :: own(carried%count)
@@ -408,7 +409,7 @@ contains
     end function counts
   end function census
 
-  !> Cells that material and surface points are in, those that are taken out too, by their places in the whole grid.
+  !> Cells of material and surface points, including removed ones, by their positions in the whole grid.
   pure type(window_type) function cells_used(model) result(used)
     type(model_type), intent(in) :: model
 
@@ -423,8 +424,8 @@ contains
     call add_outlines(model, used)
   end function cells_used
 
-  !> Add the cells near the own box that bodies may hold which are integrated inside of their outlines: those between
-  !> their vertices. They may hold a part of a body and no point.
+  !> Extends a window by the cells near the own box that may contain bodies integrated over their outlines: those
+  !> between their vertices. They may contain a part of a body and no point.
   pure subroutine add_outlines(model, used)
     type(model_type), intent(in) :: model
     type(window_type), intent(inout) :: used
@@ -454,7 +455,7 @@ contains
     end select
   end subroutine add_outlines
 
-  !> A window with the margin that is usual.
+  !> Window with the usual margin.
   pure type(window_type) function with_margin(model, used) result(window)
     type(model_type), intent(in) :: model
     type(window_type), intent(in) :: used
@@ -462,8 +463,8 @@ contains
     window = widen(used, usual_margin(model%analysis, used%last - used%first + 1), whole_of(model))
   end function with_margin
 
-  !> Look at the part of a grid in which the points are, and mark what is own. Cells are numbered as in the whole grid
-  !> before, as in the window afterwards.
+  !> Generates the window around the points, and marks own ones. On entry cells are numbered as in the whole grid, on
+  !> return as in the window.
   subroutine look_at(model, anew)
     type(model_type), intent(inout) :: model
     !> The window is that of another division.
@@ -479,8 +480,8 @@ contains
     call mark_own(model)
   end subroutine look_at
 
-  !> Lay the window around the points where it is another one; a process without points keeps its own. The reactions of
-  !> the step that has moved them act where they were, and stay in it.
+  !> Generates the window around the points if it has changed; a process without points keeps its own. The reactions of
+  !> the step that moved them act at their former positions, and must be within it.
   subroutine follow_points(model, anew)
     type(model_type), intent(inout) :: model
     logical, intent(in) :: anew
@@ -496,7 +497,7 @@ contains
     call lay_window(model, window)
   end subroutine follow_points
 
-  !> Add the cells around the nodes at which there are forces to a window.
+  !> Extends a window by the cells around the nodes with forces.
   pure subroutine add_loaded_cells(model, window)
     type(model_type), intent(in) :: model
     type(window_type), intent(inout) :: window
@@ -529,7 +530,7 @@ contains
     end do
   end function numbers_of
 
-  !> Reactions and released forces at the own nodes of all processes, where there are any.
+  !> Collects reactions and released forces at the own nodes of all processes, if any.
   subroutine collect_forces(model, labels, forces)
     type(model_type), intent(in) :: model
     !> Labels of the nodes, and their forces (2 dimension, nodes).
@@ -548,7 +549,7 @@ contains
       allocate (table(2*d, n))
       table(:d, :) = reactions(:, chosen)
       table(d + 1:, :) = released(:, chosen)
-      ! The same to every process.
+      ! The same data for every process.
       call hand_over(part%team, [((int(node_label(model%space, model%mesh, chosen(i)), long), i=1, n), &
         r=1, part%team%ranks)], [(1 + n*r, r=0, part%team%ranks)], got_labels, first)
       call hand_over(part%team, [(table, r=1, part%team%ranks)], [(1 + 2*d*n*r, r=0, part%team%ranks)], got, first)
@@ -557,7 +558,7 @@ contains
     forces = reshape(got, [2*d, size(labels)])
   end subroutine collect_forces
 
-  !> Put them at the nodes of the window.
+  !> Assigns the forces to the nodes of the window.
   pure subroutine put_forces(model, labels, forces)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: labels(:)

@@ -1,5 +1,5 @@
-!> A model with all that it keeps, divided between the processes of a team and made whole again: the ends of phases that
-!> later ones start from are states with parts of their own.
+!> Division and reassembly of a model with all its stored states: the ends of phases from which later ones start are
+!> states with their own parts.
 module qsmpm_kept_division
   use qsmpm_division, only: divide_model, join_model
   use qsmpm_error, only: error_type
@@ -15,7 +15,7 @@ module qsmpm_kept_division
 
 contains
 
-  !> Divide what is whole.
+  !> Divides a whole model and its stored states.
   subroutine divide_all(model, team, error)
     type(model_type), intent(inout) :: model
     type(team_type), intent(in) :: team
@@ -33,7 +33,7 @@ contains
     call divide_model(model, team, error)
   end subroutine divide_all
 
-  !> Make whole what is divided.
+  !> Reassembles a divided model and its stored states.
   subroutine join_all(model, error)
     type(model_type), intent(inout) :: model
     type(error_type), allocatable, intent(out) :: error
@@ -49,10 +49,10 @@ contains
     call join_model(model, error)
   end subroutine join_all
 
-  !> Divide the end of a phase, or make it whole for a team of one; the present state is then what it was.
+  !> Divides the end of a phase, or reassembles it for a team of one; the current state is then restored.
   subroutine change_kept(model, number, team, error)
     type(model_type), intent(inout) :: model
-    !> Its place among those that are kept.
+    !> Index among the stored states.
     integer, intent(in) :: number
     type(team_type), intent(in) :: team
     type(error_type), allocatable, intent(out) :: error
@@ -76,9 +76,9 @@ contains
     end associate
     model%part = part
     call restore(present, model)
-    ! Points of histories are looked for anew where the model is divided only.
+    ! Points of histories are searched for again only when the model is divided.
     if (.not. is_divided(part)) model%history_point = history
-    ! A window that was laid again has the loads of the phase that was looked at.
+    ! A regenerated window has the loads of the phase of the other state.
     call resume_phase(model)
   end subroutine change_kept
 end module qsmpm_kept_division

@@ -1,16 +1,16 @@
-!> Marks of what a process answers for: which cells, nodes, material and surface points, tracers and other places are
-!> its own, by the owners of the cells (qsmpm_cell_owners) that they are in or, nodes, belong to. Alone all are own and
-!> nothing is marked.
+!> Ownership marks of a process: the cells, nodes, material and surface points, tracers and other places that it owns,
+!> by the owners of the cells (qsmpm_cell_owners) that contain them or, for nodes, to which they belong. A single
+!> process owns everything and nothing is marked.
 !>
-!> Which process of a team moves a place that all of them know of: a tracer, material before a prescribed set, a foot
-!> of a body. It is the one whose cell the place is in; where the functions of that cell take no part the place goes
-!> with the nearest material point (qsmpm_carried_basis), and the process moves it whose own that point is.
+!> Also which process of a team moves a place known to all: a tracer, material in front of a prescribed set, a foot of a
+!> body. It is the owner of the cell of the place; where the functions of that cell are inactive the place moves with
+!> the nearest material point (qsmpm_carried_basis), and the owner of that point moves it.
 !>
-!> Places that a team of processes shares (qsmpm_division): whose own they are and in whose rings, and who tells the
-!> others of them. Their cells are numbered as in the whole mesh.
+!> For places that a team shares (qsmpm_division): their owners, the processes in whose rings they are, and the one that
+!> sends them to the others. Their cells are numbered as in the whole mesh.
 !>
-!> The material point nearest to a place, where a team shares the points: of several at the same distance the one with
-!> the lowest number, as of one process.
+!> The material point nearest to a place among all processes of a team is, of several at the same distance, the one with
+!> the lowest number, as on one process.
 module qsmpm_own_marks
   use qsmpm_kinds, only: wp, long
   use qsmpm_cell_numbers, only: whole_cells
@@ -31,7 +31,7 @@ module qsmpm_own_marks
 
 contains
 
-  !> Mark all of it; called when window or points are new.
+  !> Marks everything; required after a change of window or points.
   subroutine mark_own(model)
     type(model_type), intent(inout) :: model
     integer :: i
@@ -51,14 +51,14 @@ contains
     call link_histories(model, model%part%history_number, model%part%points)
   end subroutine mark_own
 
-  !> Mark the surface points; called when these are new.
+  !> Marks the surface points; required after a change of these.
   subroutine mark_own_surface(model)
     type(model_type), intent(inout) :: model
 
     if (is_divided(model%part)) model%part%surface = own_by_cell(model, model%state%surface)
   end subroutine mark_own_surface
 
-  !> Own places of a set by the cells that they are in.
+  !> Marks own places of a set by the cells that contain them.
   pure function own_by_cell(model, carried) result(own)
     type(model_type), intent(in) :: model
     class(carried_type), intent(in) :: carried
@@ -79,7 +79,7 @@ contains
     end associate
   end function node_owners
 
-  !> Where the nodes of the space are.
+  !> Coordinates of the nodes of the space.
   pure function node_places(model) result(places)
     type(model_type), intent(in) :: model
     real(wp) :: places(model%mesh%dimension, model%space%node_count)
@@ -90,10 +90,10 @@ contains
     end do
   end function node_places
 
-  !> Find the points of histories among some; 0 for one that is not among them.
+  !> Finds the points of histories among given ones; 0 for one that is not among them.
   pure subroutine link_histories(model, numbers, among)
     type(model_type), intent(inout) :: model
-    !> Of the points (histories), and which are looked at (points).
+    !> Numbers of the points (histories), and points among which they are searched for (points).
     integer(long), intent(in) :: numbers(:)
     logical, intent(in) :: among(:)
     integer :: i
@@ -105,7 +105,7 @@ contains
     end do
   end subroutine link_histories
 
-  !> Mark as own what this process moves in the step that begins; alone all is own.
+  !> Marks what this process moves in the step that begins; a single process moves everything.
   subroutine choose_movers(model, activation)
     type(model_type), intent(inout) :: model
     type(activation_type), intent(in) :: activation
@@ -116,12 +116,12 @@ contains
     call choose(model, activation, model%state%inactive%feet, model%part%feet)
   end subroutine choose_movers
 
-  !> The same of one set of places.
+  !> Marks the places of one set.
   subroutine choose(model, activation, carried, own)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
     class(carried_type), intent(in) :: carried
-    !> In whose boxes they are (places).
+    !> Places in the boxes of this process (places).
     logical, intent(inout) :: own(:)
     real(wp) :: empty(carried%count), distance, least, number
     integer :: i
@@ -143,8 +143,8 @@ contains
     end do
   end subroutine choose
 
-  !> Square of the distance of the nearest own point, and its number; huge where there is none or the place is outside
-  !> of the part of the grid that this process looks at.
+  !> Finds the squared distance of the nearest own point, and its number; huge if there is none or the place is outside
+  !> of the part of the grid of this process.
   subroutine find_nearest(model, carried, i, least, number)
     type(model_type), intent(in) :: model
     class(carried_type), intent(in) :: carried
@@ -167,13 +167,13 @@ contains
     end associate
   end subroutine find_nearest
 
-  !> Whose own places are or in whose rings (ranks, places).
+  !> Processes that own places or in whose rings they are (ranks, places).
   pure function goes_to(part, carried, chosen, ring) result(goes)
     type(own_part_type), intent(in) :: part
     class(carried_type), intent(in) :: carried
-    !> Which places go at all.
+    !> Places that are sent at all.
     logical, intent(in) :: chosen(:)
-    !> Rows of cells around the own ones.
+    !> Number of rows of cells around the own ones.
     integer, intent(in) :: ring
     logical :: goes(part%team%ranks, carried%count)
     integer :: r
@@ -183,7 +183,7 @@ contains
     end do
   end function goes_to
 
-  !> Places that are this process' own or in its ring.
+  !> Marks places that this process owns or that are in its ring.
   pure function near_ones(part, carried, ring) result(near)
     type(own_part_type), intent(in) :: part
     class(carried_type), intent(in) :: carried
@@ -194,14 +194,15 @@ contains
     near = pack([(i, i=1, carried%count)], part%owners%near(part%team%rank, ring, carried%cell(:carried%count)))
   end function near_ones
 
-  !> Send own points of a set to those whose own or in whose rings they are, and take those that come in their stead.
+  !> Sends own points of a set to their owners and to the processes in whose rings they are, and receives those of
+  !> others.
   subroutine send_points(part, own, ring, carried, everywhere)
     type(own_part_type), intent(in) :: part
     logical, intent(in) :: own(:)
-    !> Rows of cells around the own ones that they are copied from.
+    !> Number of rows of cells around the own ones from which they are copied.
     integer, intent(in) :: ring
     class(carried_type), intent(inout) :: carried
-    !> Every process gets all.
+    !> Every process receives all.
     logical, intent(in) :: everywhere
     class(carried_type), allocatable :: like, got
     logical :: goes(part%team%ranks, carried%count)
@@ -212,7 +213,7 @@ contains
     if (same_type_as(carried, part%like)) then
       allocate (like, source=part%like)
     else
-      ! All surface points carry the same.
+      ! All surface points store the same quantities.
       allocate (like, mold=carried)
       call allocate_like(carried, 1, like)
     end if
@@ -221,12 +222,12 @@ contains
     call select_points(got, [(i, i=1, got%count)], carried)
   end subroutine send_points
 
-  !> What the process whose own it is knows of a place, all know: where it is and was, and its cell.
+  !> Distributes the current and former positions of places and their cells from the process that moved them to all.
   subroutine share_places(part, own, cell, carried)
     type(own_part_type), intent(in) :: part
     !> Places that this process has moved.
     logical, intent(in) :: own(:)
-    !> Cells when this was done last, of those that have none now (places).
+    !> Cells at the last call, for places that are now in none (places).
     integer, intent(in) :: cell(:)
     class(carried_type), intent(inout) :: carried
     real(wp), allocatable :: values(:, :)
@@ -283,7 +284,7 @@ contains
     end associate
   end function nearest_numbers
 
-  !> Place of an own point by its number, 0 where it is another process's.
+  !> Index of an own point by its number, 0 if it belongs to another process.
   pure integer function place_of_number(model, number) result(place)
     type(model_type), intent(in) :: model
     integer(long), intent(in) :: number

@@ -1,9 +1,9 @@
-!> The part of a model that a process answers for. Alone that is all of it. A process of a team has the material points
-!> and surface points of its own cells, and copies of those in a ring around them, which make the sums at its own nodes
-!> whole; of a grid it has the window with these. What is reduced over the team counts each point, cell and node once:
-!> on the process whose own it is.
+!> The part of a model that belongs to a process; for a single process the whole. A process of a team has the material
+!> points and surface points of its own cells, and copies of those in a ring around them, which complete the sums at its
+!> own nodes; of a grid it stores the window with these. Reductions over the team count each point, cell and node once,
+!> on its owner.
 !>
-!> How a model is divided is left to `qsmpm_division`, what is own to `qsmpm_own_marks`.
+!> The division of a model is in `qsmpm_division`, the marks of ownership are in `qsmpm_own_marks`.
 module qsmpm_own_part
   use qsmpm_kinds, only: long
   use qsmpm_cell_owners, only: cell_owners_type
@@ -17,48 +17,49 @@ module qsmpm_own_part
   public :: own_part_type, is_divided, own_of, own_cells, reset_copies
 
   type :: own_part_type
-    !> Who shares the model: this process alone unless the model is divided.
+    !> Processes that share the model: this process alone unless the model is divided.
     type(team_type) :: team
-    !> Which cells are each rank's own.
+    !> Owners of the cells.
     class(cell_owners_type), allocatable :: owners
-    !> Rows of cells around the own ones whose points are copied.
+    !> Number of rows of cells around the own ones whose points are copied.
     integer :: ring = 0
-    !> Values of cells and nodes that are others', in the window that they were listed for (qsmpm_ring_exchange).
+    !> Lists for the values of cells and nodes of other processes, in the window for which they were made
+    !> (qsmpm_ring_exchange).
     type(owner_copies_type) :: cell_copies, node_copies
     type(window_type) :: copied_window
-    !> Of a model that was divided as it was built: the window that one process would look at, and the points of all.
+    !> For a model that was divided as it was built: the window of an undivided model, and the points of all.
     type(window_type) :: built_window
     integer(long) :: built_points = 0
-    !> Which nodes of the space, cells, material points, surface points, tracers, watched places, points of bodies that
-    !> are taken out and feet are own; unallocated alone.
+    !> Marks of own nodes of the space, cells, material points, surface points, tracers, watched places, points of
+    !> removed bodies and feet; unallocated on a single process.
     logical, allocatable :: nodes(:), cells(:), points(:), surface(:), tracers(:), watched(:), unloading(:), &
       unloading_surface(:), feet(:)
-    !> Cells of the whole grid that places known to all were in when that was told last (places).
+    !> Cells of the whole grid of places known to all, at the last exchange (places).
     integer, allocatable :: tracer_cell(:), watched_cell(:), foot_cell(:)
-    !> Bodies that the phase takes out (bodies), and the points of those that wait: all, their cells numbered as in the
+    !> Bodies that the phase removes (bodies), and the points of all inactive bodies, with cells numbered as in the
     !> whole grid.
     logical, allocatable :: taken_out(:)
     type(points_type) :: waiting
     type(surface_points_type) :: waiting_surface
-    !> A point that carries what all of them do, and the numbers of the points of histories (0 for none).
+    !> A point with the same stored quantities as all, and the numbers of the points of histories (0 for none).
     type(points_type) :: like
     integer(long), allocatable :: history_number(:)
   end type own_part_type
 
 contains
 
-  !> Whether there are other processes that have a part.
+  !> Checks whether other processes have a part of the model.
   pure logical function is_divided(part)
     type(own_part_type), intent(in) :: part
 
     is_divided = part%team%ranks > 1
   end function is_divided
 
-  !> Which of some things are own, by their marks; alone all are.
+  !> Returns which items are own, by their marks; on a single process all are.
   pure function own_of(marks, count) result(own)
-    !> Nodes, points, tracers or other places of a part.
+    !> Marks of nodes, points, tracers or other places.
     logical, allocatable, intent(in) :: marks(:)
-    !> How many there are.
+    !> Number of items.
     integer, intent(in) :: count
     logical :: own(count)
 
@@ -66,7 +67,7 @@ contains
     if (allocated(marks)) own = marks
   end function own_of
 
-  !> Which of some cells are own.
+  !> Marks own cells among given ones.
   pure function own_cells(part, cell) result(own)
     type(own_part_type), intent(in) :: part
     !> Their numbers.
@@ -77,7 +78,7 @@ contains
     if (allocated(part%cells)) own = part%cells(cell)
   end function own_cells
 
-  !> Whose values are copied is to be listed anew: the owners are others.
+  !> Discards the lists of copied values after a change of the owners.
   pure subroutine reset_copies(part)
     type(own_part_type), intent(inout) :: part
     type(owner_copies_type) :: none

@@ -1,6 +1,7 @@
-!> What a process of a team must know of cells and nodes around its own and cannot tell from the points that it has: the
-!> owner of a cell has all of its points, the owner of a node all cells at it, and tells the others. So the ring of
-!> copied points is as narrow as functions reach (qsmpm_division). Alone there is nothing to ask for.
+!> Exchange of data of cells and nodes around the own part that a process cannot determine from its points: the owner of
+!> a cell has all of its points, the owner of a node all adjacent cells, and sends the values to the others. So the ring
+!> of copied points is only as wide as the support of the functions (qsmpm_division). A single process exchanges
+!> nothing.
 module qsmpm_ring_exchange
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
@@ -17,13 +18,13 @@ module qsmpm_ring_exchange
 
   public :: list_neighbours, near_cells, learn_active_cells, learn_touched_cells, learn_cell_values
 
-  !> Rows of cells beyond the ring that are asked for: a face of the ghost penalty reaches one beyond the functions, and
-  !> what lies at the boundary is told by the cells around it.
+  !> Rows of cells beyond the ring that are requested: a face of the ghost penalty extends one beyond the functions, and
+  !> values at the boundary depend on the cells around it.
   integer, parameter, public :: rows_beyond = 2
 
 contains
 
-  !> List the cells and nodes around the own part that are others', where division or window are new on any process.
+  !> Lists the cells and nodes of other processes near the own part, if division or window have changed on any process.
   subroutine list_neighbours(model)
     type(model_type), intent(inout) :: model
     integer :: cell(model%mesh%cell_count), label(model%space%node_count), a
@@ -43,7 +44,7 @@ contains
     end associate
   end subroutine list_neighbours
 
-  !> Which cells are own or lie in so many rows around these; alone all are own.
+  !> Marks cells that are own or within a number of rows around these; on a single process all are own.
   pure function near_cells(model, rows) result(near)
     type(model_type), intent(in) :: model
     integer, intent(in) :: rows
@@ -56,11 +57,11 @@ contains
     end associate
   end function near_cells
 
-  !> Add the active cells near the own part that have no point here, as full as their owners know them to be.
+  !> Adds the active cells near the own part without a point here, with the filled fraction from their owners.
   subroutine learn_active_cells(model, activation)
     type(model_type), intent(in) :: model
     type(activation_type), intent(inout) :: activation
-    !> Whether a cell is active, and its fill.
+    !> Whether a cell is active, and its filled fraction.
     real(wp) :: values(2, model%mesh%cell_count)
     integer, allocatable :: others(:)
     integer :: c
@@ -73,7 +74,7 @@ contains
     call add_active(others, values(2, others), activation)
   end subroutine learn_active_cells
 
-  !> Mark the cells that the domains of points on other processes reach into.
+  !> Marks the cells that the domains of points on other processes intersect.
   subroutine learn_touched_cells(model, activation)
     type(model_type), intent(in) :: model
     type(activation_type), intent(inout) :: activation
@@ -84,7 +85,7 @@ contains
     activation%touched = activation%touched .or. values(1, :) > 0.0_wp
   end subroutine learn_touched_cells
 
-  !> Complete values of active cells: those of cells without a point here are told by their owners.
+  !> Completes values of active cells: those of cells without a point here are sent by their owners.
   subroutine learn_cell_values(model, activation, of_cell)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation

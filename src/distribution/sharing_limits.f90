@@ -1,4 +1,4 @@
-!> What a team of processes cannot share yet: it is refused by name, before anything is computed.
+!> Features that a team of processes does not support yet; they are rejected by name before the analysis starts.
 module qsmpm_sharing_limits
   use qsmpm_analysis, only: analysis_type
   use qsmpm_method_description, only: basis_fem
@@ -15,12 +15,12 @@ module qsmpm_sharing_limits
 
 contains
 
-  !> Refuse a model that cannot be divided.
+  !> Rejects a model that cannot be divided.
   subroutine refuse_sharing(model, ranks, error)
     type(model_type), intent(in) :: model
-    !> Processes that are to share it.
+    !> Number of processes.
     integer, intent(in) :: ranks
-    !> error_deck: everything that stands in the way, by its keyword.
+    !> error_deck: all unsupported features, by keyword.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: list
 
@@ -42,7 +42,7 @@ contains
       ': run it on one (docs/distributed.md)')
   end subroutine refuse_sharing
 
-  !> What of the mesh stands in the way.
+  !> Collects unsupported features of the mesh.
   subroutine refuse_mesh(analysis, list)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable, intent(inout) :: list
@@ -51,7 +51,7 @@ contains
     if (analysis%moving_mesh%active) call add(list, '*MOVING MESH')
   end subroutine refuse_mesh
 
-  !> One more, once.
+  !> Adds a feature once.
   subroutine add(list, name)
     character(len=:), allocatable, intent(inout) :: list
     character(len=*), intent(in) :: name

@@ -1,7 +1,7 @@
-!> States that integration points of bodies inside of their outlines (qsmpm_body_quadrature) start from, where the cell
-!> that they are in has no material point of the body: those of the nearest one in the cells around, else anywhere in
-!> the body, which may be on any process of a team. Who needs one asks the owners of the cells around, then all. Of
-!> several at the same distance it is the one that one process would take.
+!> Initial states of the integration points of bodies integrated over their outlines (qsmpm_body_quadrature) whose cell
+!> has no material point of the body: those of the nearest point in the surrounding cells, otherwise anywhere in the
+!> body, possibly on another process of the team. A process requests them from the owners of the surrounding cells, then
+!> from all. Of several points at the same distance the result is that of a single process.
 module qsmpm_source_sharing
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
@@ -18,14 +18,14 @@ module qsmpm_source_sharing
 
   public :: learn_sources
 
-  !> What answers are compared by: distance, then cell, material and number of the point. Material, volume and volume
-  !> ratio follow, then stress and state.
+  !> Keys by which responses are compared: distance, then cell, material and number of the point. Material, volume and
+  !> volume ratio follow, then stress and state.
   integer, parameter :: keys = 4, numbers = keys + 3
 
 contains
 
-  !> Find the states of integration points in cells without a point of their body, as far as they matter here; all
-  !> processes of a team at once.
+  !> Finds the states of integration points in cells without a point of their body, as far as required here; collective
+  !> over the team.
   subroutine learn_sources(model, activation, quadrature)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
@@ -53,11 +53,11 @@ contains
     call take_answers(answers, size(model%state%points%stress, 1), asking, quadrature)
   end subroutine learn_sources
 
-  !> Integration points without a state.
+  !> Lists integration points without a state.
   subroutine list_questions(model, quadrature, asking, cell, questions)
     type(model_type), intent(in) :: model
     type(body_quadrature_type), intent(in) :: quadrature
-    !> Their numbers, and the cells that they are in (n).
+    !> Their numbers, and the cells that contain them (n).
     integer, allocatable, intent(out) :: asking(:), cell(:)
     !> Places, cells in the whole mesh, bodies (dimension + 2, n).
     real(wp), allocatable, intent(out) :: questions(:, :)
@@ -81,14 +81,14 @@ contains
     end do
   end subroutine list_questions
 
-  !> Ask other processes, and keep the better answers.
+  !> Requests states from other processes, and keeps the better responses.
   subroutine ask(model, activation, questions, goes, around, answers)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
     real(wp), intent(in) :: questions(:, :)
-    !> Whether a process is asked a question (ranks, questions).
+    !> Processes to which a request is sent (ranks, requests).
     logical, intent(in) :: goes(:, :)
-    !> For points in the cells around, else for any of the body.
+    !> Points in the surrounding cells, otherwise any of the body.
     logical, intent(in) :: around
     real(wp), intent(inout) :: answers(:, :)
     real(wp), allocatable :: asked(:), got(:), given(:, :)
@@ -119,7 +119,7 @@ contains
     end do
   end subroutine ask
 
-  !> What this process says to a question: its nearest point, of huge distance where it has none.
+  !> Response of this process to a request: its nearest point, at huge distance if there is none.
   pure function answer(model, activation, question, around, rows)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
@@ -145,14 +145,14 @@ contains
       end if
       if (p == 0) return
       answer(:keys) = [sum((points%position(:, p) - x)**2), 0.0_wp, 0.0_wp, real(points%number(p), wp)]
-      ! One process looks through the cells around by cells and materials, through the whole body by numbers.
+      ! A single process searches the surrounding cells by cells and materials, the whole body by numbers.
       if (around) answer(2:3) = real([whole_cells(model, [points%cell(p)]), points%material(p)], wp)
       answer(keys + 1:) = [real(points%material(p), wp), points%volume(p), &
         points%volume(p)/points%initial_volume(p), points%stress(:, p), points%state(:, p)]
     end associate
   end function answer
 
-  !> Whether an answer goes before another one.
+  !> Checks whether a response precedes another one.
   pure logical function is_before(one, other)
     !> (keys)
     real(wp), intent(in) :: one(:), other(:)
@@ -165,10 +165,10 @@ contains
     end do
   end function is_before
 
-  !> The integration points take the states of the answers.
+  !> Assigns the states of the responses to the integration points.
   pure subroutine take_answers(answers, components, asking, quadrature)
     real(wp), intent(in) :: answers(:, :)
-    !> Of a stress.
+    !> Number of stress components.
     integer, intent(in) :: components
     integer, intent(in) :: asking(:)
     type(body_quadrature_type), intent(inout) :: quadrature

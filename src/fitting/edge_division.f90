@@ -1,8 +1,8 @@
-!> Edges of outlines in pieces as long as the leaves beside them are wide.
+!> Division of the edges of outlines into pieces as long as the adjacent leaves are wide.
 !>
-!> Pieces are halves of halves, so that an edge is divided alike whatever is beside it. At an acute corner all edges
-!> begin with a piece of one length, a power of two of the size of a root: further halvings meet in shells around the
-!> corner and do not chase each other (Ruppert 1995; Shewchuk 2002).
+!> Pieces result from repeated halving, so that the division of an edge does not depend on its surroundings. At an acute
+!> corner all edges begin with a piece of equal length, a power of two of the size of a root: further halvings meet in
+!> shells around the corner and do not cause each other without end (Ruppert 1995; Shewchuk 2002).
 module qsmpm_edge_division
   use qsmpm_kinds, only: wp, pi
   use qsmpm_leaf_sizes, only: leaf_sizes_type, ask_for_size, finest_size, leaf_size, wished_size
@@ -14,9 +14,9 @@ module qsmpm_edge_division
 
   !> Below this angle, in radians, a corner is acute.
   real(wp), parameter :: acute = 61.0_wp*pi/180.0_wp
-  !> A piece may be longer than the leaves beside it by this share.
+  !> Largest length of a piece relative to the width of the adjacent leaves.
   real(wp), parameter :: longest = 1.3_wp
-  !> A piece is not halved more often.
+  !> Largest number of halvings of a piece.
   integer, parameter :: most_halvings = 24
 
   !> Two edges that meet at an acute corner.
@@ -28,7 +28,7 @@ module qsmpm_edge_division
 
 contains
 
-  !> All acute corners.
+  !> Finds all acute corners.
   pure subroutine find_wedges(graph, wedges)
     type(outline_graph_type), intent(in) :: graph
     type(wedge_type), allocatable, intent(out) :: wedges(:)
@@ -58,7 +58,7 @@ contains
     angle_between = atan2(abs(u(1)*v(2) - u(2)*v(1)), dot_product(u, v))
   end function angle_between
 
-  !> Leaves no wider than edges are long, and than the gaps between edges without a common end.
+  !> Requests leaves no wider than edges are long, and than the gaps between edges without a common end.
   pure subroutine ask_of_features(graph, sizes)
     type(outline_graph_type), intent(in) :: graph
     type(leaf_sizes_type), intent(inout) :: sizes
@@ -99,7 +99,7 @@ contains
     end do
   end subroutine ask_of_features
 
-  !> The nearest place on edges.
+  !> Finds the nearest place on edges.
   pure subroutine nearest_on_edges(graph, edges, x, near, gap)
     type(outline_graph_type), intent(in) :: graph
     integer, intent(in) :: edges(:)
@@ -122,7 +122,7 @@ contains
     end do
   end subroutine nearest_on_edges
 
-  !> Where edges are cut: shares between 0 and 1 of edge e stand in share(first(e) : first(e+1)-1), rising.
+  !> Divides the edges: shares between 0 and 1 of edge e are in share(first(e) : first(e+1)-1), increasing.
   pure subroutine divide_edges(graph, wedges, sizes, first, share)
     type(outline_graph_type), intent(in) :: graph
     type(wedge_type), intent(in) :: wedges(:)
@@ -146,7 +146,7 @@ contains
         call divide(sizes, a, b, 0.0_wp, u, found, count)
         call divide(sizes, a, b, u, v, found, count)
         call divide(sizes, a, b, v, 1.0_wp, found, count)
-        ! The last one found is the end of the edge.
+        ! The last one is the end of the edge.
         count = count - 1
       end associate
     end do
@@ -154,7 +154,7 @@ contains
     share = found(:count)
   end subroutine divide_edges
 
-  !> Share of an edge that its first piece at a corner takes, 0 where the corner is not acute or the edge short.
+  !> Share of an edge that its first piece at a corner takes, 0 if the corner is not acute or the edge is short.
   pure real(wp) function first_share(wedges, edge, vertex, begin, length)
     type(wedge_type), intent(in) :: wedges(:)
     integer, intent(in) :: edge, vertex
@@ -187,14 +187,14 @@ contains
           shortest = min(shortest, norm2(graph%vertex(:, graph%ends(2, e)) - graph%vertex(:, graph%ends(1, e))))
         end do
         begin(v) = min(leaf_size(sizes, graph%vertex(:, v)), shortest)
-        ! Two edges with acute corners at both ends need room for both.
+        ! Edges with acute corners at both ends must have space for both pieces.
         if (shortest > 2.0_wp*finest_size(sizes, graph%vertex(:, v))) begin(v) = min(begin(v), shortest/2.0001_wp)
         begin(v) = sizes%size*2.0_wp**floor(log(begin(v)/sizes%size)/log(2.0_wp) + 1.0e-9_wp)
       end associate
     end do
   end function first_pieces
 
-  !> Halve a piece until all are as long as the leaves beside them are wide; their ends are appended.
+  !> Halves a piece until all parts are as long as the adjacent leaves are wide, and appends their ends.
   pure subroutine divide(sizes, a, b, from, to, found, count)
     type(leaf_sizes_type), intent(in) :: sizes
     real(wp), intent(in) :: a(:), b(:), from, to

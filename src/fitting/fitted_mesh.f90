@@ -1,4 +1,4 @@
-!> Triangles that fit outlines, from the drawing to the mesh: the order of the steps, and the regions of the cells.
+!> Body-fitted triangular mesh from the initial geometry: the sequence of its steps, and the regions of the cells.
 module qsmpm_fitted_mesh
   use qsmpm_kinds, only: wp, long, pi
   use qsmpm_edge_division, only: ask_of_features, divide_edges, find_wedges
@@ -18,15 +18,15 @@ module qsmpm_fitted_mesh
 
   public :: fitted_mesh_type, fit_triangles
 
-  !> Width of a leaf from which its point lies too near to an edge.
+  !> Distance relative to the width of a leaf below which its point is too near to an edge.
   real(wp), parameter :: near = 0.55_wp
 
   type :: fitted_mesh_type
-    !> (2, nodes)
+    !> Coordinates (2, nodes).
     real(wp), allocatable :: position(:, :)
-    !> Nodes counter-clockwise; cells beyond, and edges of the graph, opposite each corner, 0: none (3, cells).
+    !> Nodes counter-clockwise; adjacent cells, and edges of the graph, opposite each corner, 0 for none (3, cells).
     integer, allocatable :: corner(:, :), neighbour(:, :), line(:, :)
-    !> Of the outline that each cell lies in, 0 outside of all (cells).
+    !> Region of the outline that contains each cell, 0 outside of all (cells).
     integer, allocatable :: region(:)
     !> Smallest angle of each cell, radians.
     real(wp), allocatable :: angle(:)
@@ -35,23 +35,23 @@ module qsmpm_fitted_mesh
     type(outline_graph_type) :: graph
   end type fitted_mesh_type
 
-  !> Passes over all nodes, and the angle from which nothing is to be gained.
+  !> Number of smoothing passes over all nodes, and angle above which a cell is not improved.
   integer, parameter :: passes = 4
   real(wp), parameter :: good = 40.0_wp*pi/180.0_wp
 
 contains
 
-  !> Mesh a box.
+  !> Generates the mesh of a box.
   pure subroutine fit_triangles(x, y, outlines, levels, mesh, error, boxes)
-    !> Lines of the grid, rising, two or more each: the box, and how large triangles are.
+    !> Grid lines, increasing, at least two each: they define the box and the size of the triangles.
     real(wp), intent(in) :: x(:), y(:)
     type(outline_type), intent(in) :: outlines(:)
-    !> How often features may halve what the grid wishes.
+    !> Number of halvings by which features may refine the size given by the grid.
     integer, intent(in) :: levels
     type(fitted_mesh_type), intent(out) :: mesh
-    !> Outlines that cannot be fitted, by name and place.
+    !> Outlines that cannot be meshed, by name and place.
     type(error_type), allocatable, intent(out) :: error
-    !> Boxes as least and largest x and y, and the size that is wanted there (5, n).
+    !> Boxes as smallest and largest x and y, and the required size in each (5, n).
     real(wp), intent(in), optional :: boxes(:, :)
     type(refined_scene_type) :: scene
     real(wp) :: box(2, 2)
@@ -80,7 +80,7 @@ contains
     call look_for_lost(outlines, mesh, error)
   end subroutine fit_triangles
 
-  !> Nodes and lines of the graph.
+  !> Inserts nodes and lines of the graph.
   pure subroutine lay_edges(scene, error)
     type(refined_scene_type), intent(inout) :: scene
     !> Edges that cross on the lattice.
@@ -126,7 +126,7 @@ contains
     call restore_delaunay(scene%t)
   end subroutine lay_edges
 
-  !> A node in each leaf that no edge passes near, rows offset by half a leaf.
+  !> Inserts a node in each leaf that no edge passes closely; rows are offset by half a leaf.
   pure subroutine lay_interior(scene)
     type(refined_scene_type), intent(inout) :: scene
     real(wp), allocatable :: place(:, :)
@@ -143,7 +143,7 @@ contains
     if (scene%t%node_count > size(scene%lies_on)) scene%lies_on = [scene%lies_on, spread(0, 1, scene%t%node_count)]
   end subroutine lay_interior
 
-  !> Edges that pass a root of the sizes by less than its width, in compressed rows.
+  !> Edges that pass a root of the sizes at less than its width, in compressed rows.
   pure subroutine edges_by_root(scene, first, edge)
     type(refined_scene_type), intent(in) :: scene
     integer, allocatable, intent(out) :: first(:), edge(:)
@@ -163,7 +163,7 @@ contains
     end associate
   end subroutine edges_by_root
 
-  !> Whether one of some edges passes a place.
+  !> Checks whether one of several edges passes a place.
   pure logical function is_near(graph, edges, x, distance)
     type(outline_graph_type), intent(in) :: graph
     integer, intent(in) :: edges(:)
@@ -184,7 +184,7 @@ contains
     is_near = .false.
   end function is_near
 
-  !> Coordinates: vertices as drawn, nodes between them on their edges.
+  !> Sets the coordinates: vertices as defined in the deck, nodes between them on their edges.
   pure subroutine take_mesh(scene, mesh)
     type(refined_scene_type), intent(in) :: scene
     type(fitted_mesh_type), intent(inout) :: mesh
@@ -216,7 +216,7 @@ contains
     end associate
   end subroutine take_mesh
 
-  !> Fill what lines enclose; one of its cells asks the outlines, the largest and roundest one.
+  !> Assigns regions to the areas enclosed by lines, by the outlines around their largest and roundest cell.
   pure subroutine find_regions(scene, outlines, mesh)
     type(refined_scene_type), intent(in) :: scene
     type(outline_type), intent(in) :: outlines(:)
@@ -258,7 +258,7 @@ contains
     end do
   end subroutine find_regions
 
-  !> An outline whose region has no cell, though no later one covers it, is too thin.
+  !> Reports an outline that is too thin: its region has no cell although no later outline covers it.
   pure subroutine look_for_lost(outlines, mesh, error)
     type(outline_type), intent(in) :: outlines(:)
     type(fitted_mesh_type), intent(in) :: mesh
@@ -281,7 +281,7 @@ contains
     end do
   end subroutine look_for_lost
 
-  !> Whether an outline lies beyond the mesh.
+  !> Checks whether an outline is beyond the mesh.
   pure logical function is_outside(corner, position)
     real(wp), intent(in) :: corner(:, :), position(:, :)
 
@@ -289,10 +289,10 @@ contains
       any(maxval(corner, dim=2) <= minval(position, dim=2))
   end function is_outside
 
-  !> Move free nodes to the middle of those around them where the smallest angle at them grows by it.
+  !> Moves free nodes to the centre of their neighbours if this increases the smallest angle at them.
   pure subroutine smooth_triangles(t, lies_on)
     type(triangulation_type), intent(inout) :: t
-    !> Not 0: a node that stays.
+    !> Nonzero for a node that is not moved.
     integer, intent(in) :: lies_on(:)
     integer :: pass, node
 
@@ -304,7 +304,7 @@ contains
     end do
   end subroutine smooth_triangles
 
-  !> Move a node all of the way, or half of it, to the middle of its neighbours, or not.
+  !> Moves a node entirely, or half way, to the centre of its neighbours, or not.
   pure subroutine smooth_node(t, node)
     type(triangulation_type), intent(inout) :: t
     integer, intent(in) :: node
@@ -328,7 +328,7 @@ contains
     t%node(:, node) = old
   end subroutine smooth_node
 
-  !> The smallest angle of cells, negative where one is turned over.
+  !> Smallest angle of cells, negative if one is inverted.
   pure real(wp) function least_of(t, cells)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cells(:)
@@ -344,7 +344,7 @@ contains
     end do
   end function least_of
 
-  !> The smallest angle of a cell in radians: that opposite its shortest edge.
+  !> Smallest angle of a cell in radians: that opposite its shortest edge.
   pure real(wp) function smallest_angle(t, cell)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell

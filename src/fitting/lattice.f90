@@ -1,9 +1,9 @@
-!> A fine lattice over a box, on which nodes of triangles lie, and the two questions that a triangulation asks, answered
-!> without rounding: on which side of a line a node is, and whether one is in the circle through three others.
+!> Fine lattice over a box, on which the nodes of triangles are placed, and the two exact predicates of a triangulation:
+!> on which side of a line a node is, and whether one is inside the circle through three others.
 !>
-!> The longer side of the box has 2^26 steps: twice the area of a triangle fits 64-bit integers (54 bits), the in-circle
-!> determinant 128-bit ones (110 bits). Doubles answer first where they are sure (Shewchuk 1997, Adaptive precision
-!> floating-point arithmetic and fast robust geometric predicates).
+!> The longer side of the box has 2^26 steps: twice the area of a triangle fits into 64-bit integers (54 bits), the
+!> in-circle determinant into 128-bit ones (110 bits). Double precision is used first where its sign is certain
+!> (Shewchuk 1997, Adaptive precision floating-point arithmetic and fast robust geometric predicates).
 module qsmpm_lattice
   use qsmpm_kinds, only: wp, long
   implicit none
@@ -14,11 +14,11 @@ module qsmpm_lattice
   !> Integers of 128 bits.
   integer, parameter :: longest = selected_int_kind(36)
   integer, parameter :: bits = 26
-  !> Share of the sum of the terms by their size beyond which the sign of the sum in doubles is right.
+  !> Relative to the sum of the absolute values of the terms, the value beyond which the sign in doubles is certain.
   real(wp), parameter :: sure = 4.0e-15_wp
 
   type :: lattice_type
-    !> Lower left corner of the box, its upper right one, and a step.
+    !> Lower left corner of the box, its upper right one, and the step.
     real(wp) :: low(2) = 0.0_wp, high(2) = 1.0_wp, step = 1.0_wp
     !> The upper right corner in steps.
     integer(long) :: extent(2) = 0_long
@@ -26,7 +26,7 @@ module qsmpm_lattice
 
 contains
 
-  !> The lattice of a box.
+  !> Returns the lattice of a box.
   pure type(lattice_type) function make_lattice(box) result(lattice)
     !> Lowest and highest coordinates (2, 2).
     real(wp), intent(in) :: box(:, :)
@@ -37,7 +37,7 @@ contains
     lattice%extent = nint((lattice%high - lattice%low)/lattice%step, long)
   end function make_lattice
 
-  !> Place of the lattice next to a place of the plane, inside the box.
+  !> Returns the lattice place nearest to a place of the plane, inside the box.
   pure function lattice_place(lattice, x) result(place)
     type(lattice_type), intent(in) :: lattice
     real(wp), intent(in) :: x(:)
@@ -55,14 +55,14 @@ contains
     x = merge(lattice%high, lattice%low + real(place, wp)*lattice%step, place == lattice%extent)
   end function plane_place
 
-  !> Twice the area of a triangle, positive when counter-clockwise.
+  !> Twice the area of a triangle, positive if counter-clockwise.
   pure integer(long) function orientation(a, b, c)
     integer(long), intent(in) :: a(2), b(2), c(2)
 
     orientation = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
   end function orientation
 
-  !> 1 where d lies inside the circle through a, b and c, counter-clockwise, 0 on it, -1 outside.
+  !> Returns 1 if d is inside the circle through a, b and c, counter-clockwise, 0 if on it, -1 if outside.
   pure integer function in_circle(a, b, c, d)
     integer(long), intent(in) :: a(2), b(2), c(2), d(2)
     real(wp) :: u(2), v(2), w(2), determinant, bound

@@ -1,8 +1,8 @@
-!> How large triangles are, from place to place: a forest of quadtrees over a box whose leaves are as wide as triangles
-!> shall be. Neighbouring leaves differ by a level at the most.
+!> Size distribution of the triangles: a forest of quadtrees over a box whose leaves have the required size. Adjacent
+!> leaves differ by at most one level.
 !>
-!> Wished sizes come from the lines of the grid; features of the outlines may halve them `levels` times more. Both only
-!> ever make leaves smaller.
+!> The required sizes are those of the grid cells; features of the outlines may halve them up to `levels` times more.
+!> Requests only make leaves smaller.
 module qsmpm_leaf_sizes
   use qsmpm_kinds, only: wp
   implicit none
@@ -11,11 +11,11 @@ module qsmpm_leaf_sizes
   public :: leaf_sizes_type, make_leaf_sizes, ask_for_size, ask_in_box, balance_leaves, leaf_size, leaf_places, &
     wished_size, finest_size
 
-  !> No leaf is smaller than the roots by more halvings.
+  !> Largest number of halvings of a root.
   integer, parameter :: deepest = 20
-  !> A leaf is halved from this share beyond what is asked for.
+  !> A leaf is halved if it exceeds the required size by this factor.
   real(wp), parameter :: excess = 1.0001_wp
-  !> The same for sizes that come from the grid: to the nearest power of two.
+  !> The same for sizes of the grid: rounding to the nearest power of two.
   real(wp), parameter :: nearest = sqrt(2.0_wp)
 
   type :: leaf_sizes_type
@@ -23,21 +23,21 @@ module qsmpm_leaf_sizes
     !> Sides of a root, and their mean.
     real(wp) :: side(2) = 1.0_wp, size = 1.0_wp
     integer :: roots(2) = 1, count = 0
-    !> Level of each quadrant, its first child (0: a leaf) and its place among those of its level (2, room).
+    !> Level of each quadrant, its first child (0: a leaf) and its position in its level (2, size of allocation).
     integer, allocatable :: level(:), child(:), place(:, :)
-    !> Lines of the grid along both axes, and by how often features may halve what they wish.
+    !> Grid lines along both axes, and number of halvings by which features may refine their size.
     real(wp), allocatable :: x(:), y(:)
     integer :: levels = 3
   end type leaf_sizes_type
 
 contains
 
-  !> Leaves as wide as the cells of a grid.
+  !> Generates leaves as wide as the cells of a grid.
   pure subroutine make_leaf_sizes(sizes, x, y, levels)
     type(leaf_sizes_type), intent(out) :: sizes
-    !> Lines of the grid, rising, two or more each.
+    !> Grid lines, increasing, at least two each.
     real(wp), intent(in) :: x(:), y(:)
-    !> Halvings that features may ask for.
+    !> Number of halvings that features may request.
     integer, intent(in) :: levels
     real(wp) :: width(2), coarsest, dx, dy
     integer :: i, j, k, n
@@ -74,7 +74,7 @@ contains
     end do
   end subroutine make_leaf_sizes
 
-  !> A feature at a place wants leaves of that size.
+  !> Requests leaves of a size at the place of a feature.
   pure subroutine ask_for_size(sizes, x, wanted)
     type(leaf_sizes_type), intent(inout) :: sizes
     real(wp), intent(in) :: x(:), wanted
@@ -82,14 +82,14 @@ contains
     call split_until(sizes, x, excess*max(wanted, finest_size(sizes, x)), deepest)
   end subroutine ask_for_size
 
-  !> A box wants leaves of that size wherever they touch it; one of no size is a place.
+  !> Requests leaves of a size wherever they intersect a box; a box without extent is a place.
   pure subroutine ask_in_box(sizes, low, high, wanted)
     type(leaf_sizes_type), intent(inout) :: sizes
     real(wp), intent(in) :: low(2), high(2), wanted
     real(wp) :: side(2), from(2), middle(2)
     integer :: q
 
-    ! Children stand behind their parents: new leaves are met in the same pass.
+    ! Children follow their parents, so that new leaves are processed in the same pass.
     q = 0
     do while (q < sizes%count)
       q = q + 1
@@ -102,7 +102,7 @@ contains
     end do
   end subroutine ask_in_box
 
-  !> Halve the leaf at a place until it is small enough.
+  !> Halves the leaf at a place until it is small enough.
   pure subroutine split_until(sizes, x, wanted, last_level)
     type(leaf_sizes_type), intent(inout) :: sizes
     real(wp), intent(in) :: x(:), wanted
@@ -116,7 +116,7 @@ contains
     end do
   end subroutine split_until
 
-  !> Leaf at a place; beyond the box that of the nearest place in it.
+  !> Returns the leaf at a place; outside of the box that of the nearest place in it.
   pure integer function leaf_at(sizes, x)
     type(leaf_sizes_type), intent(in) :: sizes
     real(wp), intent(in) :: x(:)
@@ -135,7 +135,7 @@ contains
     end do
   end function leaf_at
 
-  !> Four children in place of a leaf.
+  !> Replaces a leaf by its four children.
   pure subroutine halve(sizes, q)
     type(leaf_sizes_type), intent(inout) :: sizes
     integer, intent(in) :: q
@@ -156,7 +156,7 @@ contains
     sizes%count = n + 4
   end subroutine halve
 
-  !> Halve leaves that are more than twice as wide as a neighbour, corners included, until there are none.
+  !> Halves leaves that are more than twice as wide as a neighbour, including diagonal ones, until there are none.
   pure subroutine balance_leaves(sizes)
     type(leaf_sizes_type), intent(inout) :: sizes
     integer :: q, i, j, other, most(2)
@@ -166,7 +166,7 @@ contains
     changed = .true.
     do while (changed)
       changed = .false.
-      ! Children stand behind their parents: new leaves are met in the same pass.
+      ! Children follow their parents, so that new leaves are processed in the same pass.
       q = 0
       do while (q < sizes%count)
         q = q + 1
@@ -196,11 +196,11 @@ contains
     leaf_size = sizes%size*0.5_wp**sizes%level(leaf_at(sizes, x))
   end function leaf_size
 
-  !> A place in each leaf, rows offset by half of it; by roots, row by row to and fro, and within them by quadrants, so
-  !> that what follows lies near.
+  !> Returns a place in each leaf, rows offset by half of it; ordered by roots, in rows of alternating direction, and
+  !> within them by quadrants, so that successive places are close to each other.
   pure subroutine leaf_places(sizes, place)
     type(leaf_sizes_type), intent(in) :: sizes
-    !> Place, width and root of each leaf (4, leaves).
+    !> Coordinates, width and root of each leaf (4, leaves).
     real(wp), allocatable, intent(out) :: place(:, :)
     integer :: waiting(4*deepest + 4), top, i, j, q, n, root
 
@@ -230,7 +230,7 @@ contains
     end do
   end subroutine leaf_places
 
-  !> Size of the grid's cell at a place.
+  !> Size of the grid cell at a place.
   pure real(wp) function wished_size(sizes, x)
     type(leaf_sizes_type), intent(in) :: sizes
     real(wp), intent(in) :: x(:)
@@ -238,7 +238,7 @@ contains
     wished_size = sqrt(spacing_at(sizes%x, x(1))*spacing_at(sizes%y, x(2)))
   end function wished_size
 
-  !> Size below which no feature makes leaves at a place.
+  !> Size below which features do not refine leaves at a place.
   pure real(wp) function finest_size(sizes, x)
     type(leaf_sizes_type), intent(in) :: sizes
     real(wp), intent(in) :: x(:)

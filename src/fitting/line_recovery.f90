@@ -1,5 +1,5 @@
-!> Lines of a triangulation: edges that no flip takes away. What a line crosses is flipped until it is an edge
-!> (Sloan 1993).
+!> Recovery of lines in a triangulation, constrained edges that no flip removes. Edges that cross a line are flipped
+!> until it is an edge (Sloan 1993).
 module qsmpm_line_recovery
   use qsmpm_kinds, only: long
   use qsmpm_lattice, only: orientation
@@ -12,7 +12,7 @@ module qsmpm_line_recovery
 
 contains
 
-  !> Make the way from a node to another edges of the triangulation, a line of that number.
+  !> Makes the path from a node to another edges of the triangulation with the given line number.
   pure subroutine recover_line(t, from, to, line, crossed)
     type(triangulation_type), intent(inout) :: t
     integer, intent(in) :: from, to, line
@@ -34,11 +34,11 @@ contains
     end do
   end subroutine recover_line
 
-  !> The edges that the way from a node towards another crosses, up to the first node on it.
+  !> Finds the edges that the path from a node towards another crosses, up to the first node on it.
   pure subroutine edges_across(t, from, to, next, edges, crossed)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: from, to
-    !> The first node on the way, at the latest its end.
+    !> First node on the path, at the latest its end.
     integer, intent(out) :: next
     !> Right and left ends (2, n).
     integer, allocatable, intent(out) :: edges(:, :)
@@ -81,7 +81,7 @@ contains
       next = apex
       side = orientation(t%node(:, from), t%node(:, to), t%node(:, apex))
       if (apex == to .or. side == 0_long) exit
-      ! In the cell beyond, the left end stands behind the apex, the right one before it.
+      ! In the next cell the left end follows the apex, the right one precedes it.
       if (side > 0_long) left = apex
       if (side < 0_long) right = apex
       k = place_in_cell(t, cell, other_corner(t, cell, right, left))
@@ -89,7 +89,7 @@ contains
     edges = found(:, :count)
   end subroutine edges_across
 
-  !> Whether a node lies on the way from one to another, in front.
+  !> Checks whether a node is on the path from one to another, in forward direction.
   pure logical function is_ahead(t, from, to, node)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: from, to, node
@@ -98,7 +98,7 @@ contains
     if (is_ahead) is_ahead = sum((t%node(:, to) - t%node(:, from))*(t%node(:, node) - t%node(:, from))) > 0_long
   end function is_ahead
 
-  !> Flip the edges that cross a way until it is an edge; the flipped ones take their place in the list.
+  !> Flips the edges that cross a path until it is an edge; flipped ones replace them in the list.
   pure subroutine clear_way(t, from, to, edges)
     type(triangulation_type), intent(inout) :: t
     integer, intent(in) :: from, to
@@ -145,7 +145,7 @@ contains
     edges = done(:, :made)
   end subroutine clear_way
 
-  !> Whether two cells at an edge form a convex quadrilateral.
+  !> Checks whether two cells at an edge form a convex quadrilateral.
   pure logical function is_convex(t, c, d, b1, b2)
     type(triangulation_type), intent(in) :: t
     !> Apexes; ends of the edge, the cell of c being (c, b1, b2).
@@ -155,7 +155,7 @@ contains
       orientation(t%node(:, c), t%node(:, d), t%node(:, b2)) > 0_long
   end function is_convex
 
-  !> Make new edges beside a line Delaunay.
+  !> Restores the Delaunay property of new edges next to a line.
   pure subroutine flip_back(t, edges)
     type(triangulation_type), intent(inout) :: t
     integer, intent(inout) :: edges(:, :)

@@ -1,8 +1,8 @@
 !> Outlines and lines of a scene as one planar graph: vertices, and straight edges that meet at vertices only.
 !>
-!> Places nearer than a twentieth of a cell are one vertex, a vertex that near an edge lies on it, crossings are
-!> vertices, what lies outside the box is dropped, and so are vertices where an edge does not turn. Merging moves a line
-!> by a twentieth of a cell at the most.
+!> Places nearer than a twentieth of a cell are merged into one vertex, and a vertex that near to an edge is placed on
+!> it. Crossings become vertices. Parts outside the box, and vertices at which an edge does not turn, are removed.
+!> Merging moves a line by at most a twentieth of a cell.
 module qsmpm_outline_graph
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
@@ -15,29 +15,30 @@ module qsmpm_outline_graph
 
   public :: outline_type, outline_graph_type, make_outline_graph
 
-  !> Shares of a cell: places that are one, vertices that turn an edge by too little, and by nothing.
+  !> Relative to a cell: distance of merged places, and deviations from straight of vertices that are nearly and exactly
+  !> on a straight edge.
   real(wp), parameter :: merged = 0.05_wp, flat = 0.01_wp, straight = 1.0e-6_wp
-  !> Passes over all edges; each finds what the one before has made.
+  !> Largest number of passes over all edges; each processes the results of the previous one.
   integer, parameter :: most_passes = 20
 
-  !> An outline as it is drawn, closed, or a line, or one place where an edge has a vertex.
+  !> An outline of the initial geometry, closed or a line, or one place where an edge has a vertex.
   type :: outline_type
     character(len=:), allocatable :: name
-    !> (2, n); the last corner of a closed one is joined to the first.
+    !> Corners (2, n); the last corner of a closed outline is joined to the first.
     real(wp), allocatable :: corner(:, :)
     logical :: is_closed = .true.
-    !> Number of the cells inside, 0 for air; a later outline covers an earlier one.
+    !> Region of the cells inside, 0 for air; a later outline covers an earlier one.
     integer :: region = 0
   end type outline_type
 
   type :: outline_graph_type
-    !> (2, vertices); the first four are the corners of the box.
+    !> Vertices (2, vertices); the first four are the corners of the box.
     real(wp), allocatable :: vertex(:, :)
-    !> Lower and higher vertex (2, edges), in rising order.
+    !> Lower and higher vertex (2, edges), in increasing order.
     integer, allocatable :: ends(:, :)
   end type outline_graph_type
 
-  !> Vertices on edges: edge, vertex, and where between its ends.
+  !> Vertices on edges: edge, vertex, and relative position between its ends.
   type :: cuts_type
     integer :: count = 0
     integer, allocatable :: edge(:), vertex(:)
@@ -46,15 +47,15 @@ module qsmpm_outline_graph
 
 contains
 
-  !> The graph of outlines in a box.
+  !> Builds the graph of outlines in a box.
   pure subroutine make_outline_graph(box, outlines, sizes, graph, error)
     !> Lowest and highest coordinates (2, 2).
     real(wp), intent(in) :: box(:, :)
     type(outline_type), intent(in) :: outlines(:)
-    !> Cells of the grid.
+    !> Sizes of the grid cells.
     type(leaf_sizes_type), intent(in) :: sizes
     type(outline_graph_type), intent(out) :: graph
-    !> Outlines that are smaller than what is merged; edges that still cross at the end.
+    !> Outlines smaller than the merging distance; edges that still cross at the end.
     type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: vertex(:, :)
     integer, allocatable :: ends(:, :)
@@ -99,7 +100,7 @@ contains
     call keep_used(vertex(:, :count), ends, graph)
   end subroutine make_outline_graph
 
-  !> Vertices and edges of an outline.
+  !> Adds vertices and edges of an outline.
   pure subroutine add_chain(box, corner, is_closed, sizes, vertex, count, ends)
     real(wp), intent(in) :: box(:, :), corner(:, :)
     logical, intent(in) :: is_closed
@@ -122,7 +123,8 @@ contains
     ends = reshape([ends, new(:, :n)], [2, size(ends, 2) + n])
   end subroutine add_chain
 
-  !> The vertex at a place: a new one, or the nearest within a twentieth of a cell. Sides of the box attract.
+  !> Returns the vertex at a place: a new one, or the nearest within a twentieth of a cell. Places near the sides of the
+  !> box are moved onto them.
   pure subroutine place_vertex(box, place, sizes, vertex, count, number)
     real(wp), intent(in) :: box(:, :), place(:)
     type(leaf_sizes_type), intent(in) :: sizes
@@ -151,7 +153,7 @@ contains
     number = count
   end subroutine place_vertex
 
-  !> Every edge once, in rising order.
+  !> Removes duplicate edges and sorts them in increasing order.
   pure subroutine keep_one_of_each(ends)
     integer, allocatable, intent(inout) :: ends(:, :)
     integer :: order(size(ends, 2)), e, n
@@ -173,11 +175,11 @@ contains
     allocate (cuts%edge(64), cuts%vertex(64), cuts%share(64))
   end subroutine begin_cuts
 
-  !> Vertices that lie on an edge cut it.
+  !> Cuts edges at vertices on them.
   pure subroutine cut_at_vertices(vertex, ends, places, sizes, cuts)
     real(wp), intent(in) :: vertex(:, :)
     integer, intent(in) :: ends(:, :)
-    !> Vertices of no edge that edges are to have.
+    !> Vertices without edges that are inserted in edges.
     integer, intent(in) :: places(:)
     type(leaf_sizes_type), intent(in) :: sizes
     type(cuts_type), intent(inout) :: cuts
@@ -207,7 +209,7 @@ contains
     end do
   end subroutine cut_at_vertices
 
-  !> Edges that cross cut each other.
+  !> Cuts edges that cross each other.
   pure subroutine cut_at_crossings(box, ends, sizes, vertex, count, cuts)
     real(wp), intent(in) :: box(:, :)
     integer, intent(in) :: ends(:, :)
@@ -257,7 +259,7 @@ contains
     cuts%share(cuts%count) = share
   end subroutine add_cut
 
-  !> Edges that are cut become their pieces.
+  !> Replaces cut edges by their pieces.
   pure subroutine cut_edges(cuts, ends)
     type(cuts_type), intent(in) :: cuts
     integer, allocatable, intent(inout) :: ends(:, :)
@@ -286,7 +288,7 @@ contains
     ends = pieces(:, :n)
   end subroutine cut_edges
 
-  !> Edges outside the box go.
+  !> Removes edges outside the box.
   pure subroutine drop_outside(box, vertex, sizes, ends)
     real(wp), intent(in) :: box(:, :), vertex(:, :)
     type(leaf_sizes_type), intent(in) :: sizes
@@ -304,10 +306,10 @@ contains
     ends = reshape(pack(ends, spread(is_inside, 1, 2)), [2, count(is_inside)])
   end subroutine drop_outside
 
-  !> Vertices where two edges meet and do not turn, or hardly, go; corners of the box stay.
+  !> Removes vertices where two edges meet in a straight or nearly straight line; corners of the box are kept.
   pure subroutine drop_flat(vertex, is_kept, sizes, ends)
     real(wp), intent(in) :: vertex(:, :)
-    !> Vertices that stay (vertices).
+    !> Vertices that are kept (vertices).
     logical, intent(in) :: is_kept(:)
     type(leaf_sizes_type), intent(in) :: sizes
     integer, allocatable, intent(inout) :: ends(:, :)
@@ -346,8 +348,8 @@ contains
     call keep_one_of_each(ends)
   end subroutine drop_flat
 
-  !> Whether the way from a over v to b may as well go straight: always where it does, and where the detour is small and
-  !> short.
+  !> Checks whether the path from a over v to b may be replaced by a straight one: always if it is straight, and if the
+  !> deviation is small and the path short.
   pure logical function is_flat(a, v, b, cell)
     real(wp), intent(in) :: a(2), v(2), b(2), cell
     real(wp) :: along(2), length, height
@@ -361,7 +363,7 @@ contains
       (height < straight*cell .or. (height < flat*cell .and. length < cell))
   end function is_flat
 
-  !> The vertices of edges, numbered anew.
+  !> Keeps the vertices of edges and renumbers them.
   pure subroutine keep_used(vertex, ends, graph)
     real(wp), intent(in) :: vertex(:, :)
     integer, intent(in) :: ends(:, :)

@@ -1,8 +1,8 @@
-!> Refinement of a constrained Delaunay triangulation (Ruppert 1995, Chew 1993): what has too small an angle, or is too
-!> large, gets a node at the centre of its circle, unless that would come near to a line: then the line is halved.
+!> Refinement of a constrained Delaunay triangulation (Ruppert 1995, Chew 1993): a cell with too small an angle, or too
+!> large a size, receives a node at its circumcentre, unless this would be near to a line: then the line is halved.
 !>
-!> Angles that outlines dictate cannot be mended: a cell across an acute corner stays when it is as good as the corner
-!> lets it be, and nothing smaller than the finest leaf is refined, so that refinement ends.
+!> Angles dictated by the outlines cannot be improved: a cell across an acute corner is kept if it is as good as the
+!> corner allows. Nothing smaller than the finest leaf is refined, so that refinement ends.
 module qsmpm_triangle_refinement
   use qsmpm_kinds, only: wp, long, pi
   use qsmpm_edge_division, only: wedge_type
@@ -16,18 +16,18 @@ module qsmpm_triangle_refinement
 
   public :: refined_scene_type, refine_triangles, is_dictated
 
-  !> Sine of the smallest angle wanted (27 degrees), and share of an acute corner's angle that cells across it may have.
+  !> Smallest required angle (27 degrees), and share of the angle of an acute corner allowed for cells across it.
   real(wp), parameter :: least_angle = 27.0_wp*pi/180.0_wp, of_corner = 0.6_wp
-  !> Radius of a circle over the leaf's width, from which a cell is too large.
+  !> Circumradius relative to the width of the leaf above which a cell is too large.
   real(wp), parameter :: largest_radius = 1.0_wp
-  !> Shares of the finest leaf: edges of cells, and halves of lines, below which nothing is refined.
+  !> Lengths relative to the finest leaf below which nothing is refined: edges of cells, and halves of lines.
   real(wp), parameter :: finest_edge = 0.8_wp, finest_half = 0.45_wp
-  !> Distances from a corner that are one.
+  !> Relative tolerance for equal distances from a corner.
   real(wp), parameter :: as_far = 0.02_wp
-  !> Nodes that refinement adds at the most, over those there were.
+  !> Largest number of added nodes relative to the initial number.
   integer, parameter :: most_added = 50
 
-  !> What the triangles are made of.
+  !> Triangulation and its data.
   type :: refined_scene_type
     type(triangulation_type) :: t
     type(lattice_type) :: lattice
@@ -36,11 +36,11 @@ module qsmpm_triangle_refinement
     type(wedge_type), allocatable :: wedges(:)
     !> Node of each vertex of the graph.
     integer, allocatable :: node_at(:)
-    !> What each node lies on: an edge of the graph, a vertex (minus its number), 0 nothing.
+    !> Position of each node: on an edge of the graph, at a vertex (minus its number), 0 for neither.
     integer, allocatable :: lies_on(:)
   end type refined_scene_type
 
-  !> Cells, or edges of cells, to be looked at: rows of numbers, first in, first out.
+  !> Queue of cells, or edges of cells, to be checked: rows of numbers, first in, first out.
   type :: queue_type
     integer :: first = 1, last = 0
     integer, allocatable :: rows(:, :)
@@ -48,7 +48,7 @@ module qsmpm_triangle_refinement
 
 contains
 
-  !> Refine until every cell is good, or as good as the outlines let it be.
+  !> Refines until every cell is good, or as good as the outlines allow.
   pure subroutine refine_triangles(scene)
     type(refined_scene_type), intent(inout) :: scene
     type(queue_type) :: cells, lines
@@ -78,7 +78,7 @@ contains
     end do
   end subroutine refine_triangles
 
-  !> A cell, and those of its edges that are lines, are to be looked at.
+  !> Queues a cell, and those of its edges that are lines.
   pure subroutine look_again(t, cell, cells, lines)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell
@@ -109,11 +109,11 @@ contains
     queue%rows(:, queue%last) = row
   end subroutine append
 
-  !> After a node has come.
+  !> Queues the cells around a new node.
   pure subroutine look_around(scene, node, on, cells, lines)
     type(refined_scene_type), intent(inout) :: scene
     integer, intent(in) :: node
-    !> What it lies on.
+    !> Position of the node, as in `lies_on`.
     integer, intent(in) :: on
     type(queue_type), intent(inout) :: cells, lines
     integer, allocatable :: around(:)
@@ -127,7 +127,7 @@ contains
     end do
   end subroutine look_around
 
-  !> Halve a line whose circle holds the corner opposite, where that makes a bad cell.
+  !> Halves a line if its diametral circle contains the opposite corner and the cell is bad.
   pure subroutine mend_line(scene, cell, k, cells, lines)
     type(refined_scene_type), intent(inout) :: scene
     integer, intent(in) :: cell, k
@@ -142,7 +142,7 @@ contains
     if (is_bad(scene, cell)) call halve_line(scene, cell, k, cells, lines)
   end subroutine mend_line
 
-  !> A node at the centre of a cell's circle, or halves of a line that is in the way.
+  !> Inserts a node at the circumcentre of a cell, or halves an encroached line.
   pure subroutine mend_cell(scene, row, cells, lines)
     type(refined_scene_type), intent(inout) :: scene
     !> The cell and its corners.
@@ -171,7 +171,7 @@ contains
     if (is_halved) call append(cells, row)
   end subroutine mend_cell
 
-  !> The place of the lattice next to the centre of the circle through the corners.
+  !> Returns the lattice place nearest to the centre of the circle through the corners.
   pure function circle_centre(t, cell) result(centre)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell
@@ -186,10 +186,11 @@ contains
     end associate
   end function circle_centre
 
-  !> Among the cells whose circles hold a place, one with a line whose own circle holds it; 0 where there is none.
+  !> Finds, among the cells whose circumcircles contain a place, one with a line whose diametral circle contains it; 0
+  !> if there is none.
   pure subroutine find_encroached(t, cell, place, blocked, side)
     type(triangulation_type), intent(in) :: t
-    !> The cell that the place lies in.
+    !> Cell that contains the place.
     integer, intent(in) :: cell
     integer(long), intent(in) :: place(2)
     integer, intent(out) :: blocked, side
@@ -222,7 +223,7 @@ contains
     side = 0
   end subroutine find_encroached
 
-  !> Whether a place lies in the circle on an edge of a cell.
+  !> Checks whether a place is inside the diametral circle of an edge of a cell.
   pure logical function is_encroached(t, cell, k, place)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell, k
@@ -232,7 +233,7 @@ contains
       (t%node(:, t%corner(previous_of(k), cell)) - place)) < 0_long
   end function is_encroached
 
-  !> A node on a line; at acute corners in shells. Refused where halves would be too short, or cells turn over.
+  !> Inserts a node on a line; at acute corners in shells. Not done if the halves would be too short, or cells inverted.
   pure subroutine halve_line(scene, cell, k, cells, lines, is_halved)
     type(refined_scene_type), intent(inout) :: scene
     integer, intent(in) :: cell, k
@@ -269,7 +270,7 @@ contains
     if (present(is_halved)) is_halved = .true.
   end subroutine halve_line
 
-  !> Whether both halves of a cell have an area when the edge opposite a corner is cut at a place.
+  !> Checks whether both halves of a cell have an area if the edge opposite a corner is cut at a place.
   pure logical function has_room(t, cell, k, place)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell, k
@@ -281,7 +282,7 @@ contains
     end associate
   end function has_room
 
-  !> Whether a node is an acute corner of an edge.
+  !> Checks whether a node is an acute corner of an edge.
   pure logical function is_wedged(scene, node, edge)
     type(refined_scene_type), intent(in) :: scene
     integer, intent(in) :: node, edge
@@ -295,7 +296,8 @@ contains
     end do
   end function is_wedged
 
-  !> Where a piece at an acute corner is cut, from the corner: at a power of two of the roots' size, next to its middle.
+  !> Relative distance from the corner at which a piece at an acute corner is cut: a power of two of the size of a root,
+  !> nearest to its middle.
   pure real(wp) function shell_share(scene, length)
     type(refined_scene_type), intent(in) :: scene
     !> In steps of the lattice.
@@ -307,7 +309,7 @@ contains
     if (shell_share < 0.3_wp .or. shell_share > 0.71_wp) shell_share = 0.5_wp
   end function shell_share
 
-  !> Whether a cell is too large, or has too small an angle that could be larger.
+  !> Checks whether a cell is too large, or has too small an angle that could be larger.
   pure logical function is_bad(scene, cell)
     type(refined_scene_type), intent(in) :: scene
     integer, intent(in) :: cell
@@ -319,12 +321,12 @@ contains
       square = edge_squares(t, cell)
       k = minloc(square, dim=1)
       area = real(signed_area(t, cell), wp)
-      ! The square of the radius of the circle.
+      ! Square of the circumradius.
       radius = product(square)/(4.0_wp*area*area)
       x = plane_place(scene%lattice, sum(t%node(:, t%corner(:, cell)), dim=2)/3_long)
       is_bad = sqrt(radius)*step > largest_radius*leaf_size(scene%sizes, x)
       if (is_bad) return
-      ! The smallest angle stands opposite the shortest edge: its sine is that edge over twice the radius.
+      ! The smallest angle is opposite the shortest edge: its sine is that edge over twice the radius.
       if (square(k) >= 4.0_wp*radius*sin(least_angle)**2) return
       if (sqrt(square(k))*step < finest_edge*finest_size(scene%sizes, x)) return
       wedge = wedge_across(scene, t%corner(next_of(k), cell), t%corner(previous_of(k), cell))
@@ -332,7 +334,7 @@ contains
     end associate
   end function is_bad
 
-  !> Whether outlines dictate the smallest angle of a cell: it lies at an acute corner or across one, or in a gap
+  !> Checks whether outlines dictate the smallest angle of a cell: it is at an acute corner or across one, or in a gap
   !> narrower than the finest leaf.
   pure logical function is_dictated(scene, cell)
     type(refined_scene_type), intent(in) :: scene
@@ -354,7 +356,7 @@ contains
     end do
   end function is_dictated
 
-  !> Angle of the acute corner that two nodes span, on its two edges and as far from it; 0 where there is none.
+  !> Angle of the acute corner whose two edges contain two nodes at equal distance from it; 0 if there is none.
   pure real(wp) function wedge_across(scene, p, q)
     type(refined_scene_type), intent(in) :: scene
     integer, intent(in) :: p, q
@@ -376,7 +378,7 @@ contains
     end do
   end function wedge_across
 
-  !> Whether a node lies on an edge of the graph, its ends included.
+  !> Checks whether a node is on an edge of the graph, including its ends.
   pure logical function is_on(scene, node, edge)
     type(refined_scene_type), intent(in) :: scene
     integer, intent(in) :: node, edge

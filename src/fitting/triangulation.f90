@@ -1,9 +1,9 @@
-!> A constrained Delaunay triangulation of a rectangle that nodes are put into one by one.
+!> Constrained Delaunay triangulation of a rectangle into which nodes are inserted one by one.
 !>
-!> Every triangle whose edges are not lines has no other node in its circle; where four nodes lie on one circle, the
-!> diagonal that ends at the lexicographically lowest of them is taken, so that the triangles are a function of nodes
-!> and lines, not of their order (Edelsbrunner and Muecke 1990). Nodes are found by a walk (Devillers, Pion and Teillaud
-!> 2002), edges made Delaunay by flips (Lawson 1977); lines: qsmpm_line_recovery.
+!> Every triangle whose edges are not lines has no other node in its circumcircle. Where four nodes are on one circle,
+!> the diagonal that ends at the lexicographically lowest of them is used, so that the triangles are a function of nodes
+!> and lines, not of their order (Edelsbrunner and Muecke 1990). Nodes are located by a walk (Devillers, Pion and
+!> Teillaud 2002), edges made Delaunay by flips (Lawson 1977); lines: qsmpm_line_recovery.
 !>
 !> Corners are counter-clockwise; neighbour and line k of a cell are those of the edge opposite corner k.
 module qsmpm_triangulation
@@ -16,30 +16,30 @@ module qsmpm_triangulation
     cells_around, find_edge, flip, is_illegal, mark, other_corner, place_in_cell, place_of_neighbour, next_of, &
     previous_of, signed_area, edge_squares
 
-  !> Place in a cell behind and before a place.
+  !> Next and previous local corner of a cell.
   integer, parameter :: next_of(3) = [2, 3, 1], previous_of(3) = [3, 1, 2]
 
   type :: triangulation_type
     integer :: node_count = 0, cell_count = 0
-    !> On the lattice (2, room).
+    !> Coordinates on the lattice (2, size of allocation).
     integer(long), allocatable :: node(:, :)
-    !> A cell at each node (room).
+    !> One cell at each node (size of allocation).
     integer, allocatable :: cell_at(:)
-    !> Nodes, neighbours (0: none) and lines (0: none) of the cells (3, room).
+    !> Nodes, neighbours (0: none) and lines (0: none) of the cells (3, size of allocation).
     integer, allocatable :: corner(:, :), neighbour(:, :), line(:, :)
-    !> Where the last walk ended.
+    !> Cell in which the last walk ended.
     integer :: last = 1
-    !> Cells to be looked at.
+    !> Cells to be checked.
     integer, allocatable, private :: stack(:)
   end type triangulation_type
 
 contains
 
-  !> Two triangles over a rectangle from the origin.
+  !> Initialises the triangulation with two triangles over a rectangle from the origin.
   pure subroutine start_triangulation(t, extent, room)
     type(triangulation_type), intent(out) :: t
     integer(long), intent(in) :: extent(2)
-    !> Nodes that are expected; more may come.
+    !> Expected number of nodes; more may be inserted.
     integer, intent(in) :: room
 
     allocate (t%node(2, max(8, room)), source=0_long)
@@ -56,13 +56,13 @@ contains
     t%cell_at(1:4) = [1, 1, 1, 2]
   end subroutine start_triangulation
 
-  !> Put a node in, or find the one that is there.
+  !> Inserts a node, or finds the existing one.
   pure subroutine insert_node(t, place, node, from)
     type(triangulation_type), intent(inout) :: t
     !> Inside the rectangle.
     integer(long), intent(in) :: place(2)
     integer, intent(out) :: node
-    !> Cell the walk begins at; the last one when absent.
+    !> Cell in which the walk begins; by default the last one.
     integer, intent(in), optional :: from
     integer :: cell, side, k, zeros
 
@@ -89,7 +89,7 @@ contains
     end select
   end subroutine insert_node
 
-  !> Twice the area that a place makes with the edge opposite a corner: positive inside.
+  !> Twice the area that a place forms with the edge opposite a corner: positive inside.
   pure integer(long) function side_of(t, cell, k, place)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell, k
@@ -98,14 +98,14 @@ contains
     side_of = orientation(t%node(:, t%corner(next_of(k), cell)), t%node(:, t%corner(previous_of(k), cell)), place)
   end function side_of
 
-  !> Walk to the cell that holds a place. Where lines stop the walk, the cell before one and the side that it is on,
-  !> else side 0.
+  !> Finds the cell that contains a place by a walk. If a line stops the walk, returns the cell in front of it and the
+  !> side of the line, otherwise side 0.
   pure subroutine locate(t, place, stops, cell, side)
     type(triangulation_type), intent(inout) :: t
     integer(long), intent(in) :: place(2)
-    !> Whether lines stop the walk; the rectangle's sides always do.
+    !> Whether lines stop the walk; the sides of the rectangle always do.
     logical, intent(in) :: stops
-    !> Where it begins; where it ends.
+    !> On entry the first cell; on return the last one.
     integer, intent(inout) :: cell
     integer, intent(out) :: side
     integer :: before, k, steps, turn
@@ -113,7 +113,7 @@ contains
     before = 0
     do steps = 1, 4*t%cell_count + 10
       side = 0
-      ! The side that is asked first changes, so that no walk goes round for ever.
+      ! The side checked first alternates, so that the walk cannot cycle.
       do turn = 0, 2
         k = 1 + mod(turn + steps, 3)
         if (before /= 0 .and. t%neighbour(k, cell) == before) cycle
@@ -129,7 +129,7 @@ contains
     t%last = cell
   end subroutine locate
 
-  !> A node inside a cell makes three of it.
+  !> Splits a cell into three at a node inside it.
   pure subroutine split_cell(t, cell, place, node)
     type(triangulation_type), intent(inout) :: t
     integer, intent(in) :: cell
@@ -154,11 +154,11 @@ contains
     call legalise(t, 3, node)
   end subroutine split_cell
 
-  !> A node on the edge opposite a corner; a line stays one in both halves.
+  !> Inserts a node on the edge opposite a corner; a line is continued in both halves.
   pure subroutine insert_on_edge(t, cell, side, place, node)
     type(triangulation_type), intent(inout) :: t
     integer, intent(in) :: cell, side
-    !> On the edge, or so near that all four halves have an area.
+    !> On the edge, or so near to it that all four halves have an area.
     integer(long), intent(in) :: place(2)
     integer, intent(out) :: node
     integer :: a, b, c, d, half, other, other_half, j, line, beside(2, 2), lines(2, 2), count
@@ -198,7 +198,7 @@ contains
     call legalise(t, count, node)
   end subroutine insert_on_edge
 
-  !> Flip edges everywhere until none is illegal, as after nodes have moved.
+  !> Flips edges everywhere until none is illegal, as required after nodes have moved.
   pure subroutine restore_delaunay(t)
     type(triangulation_type), intent(inout) :: t
     integer :: cell
@@ -208,10 +208,10 @@ contains
     call legalise(t, t%cell_count)
   end subroutine restore_delaunay
 
-  !> Flip what is illegal in the cells on the stack and in those that come of it; with a node only edges opposite it.
+  !> Flips illegal edges of the cells on the stack and of those that result; with a node only edges opposite it.
   pure subroutine legalise(t, count, node)
     type(triangulation_type), intent(inout) :: t
-    !> Cells on the stack.
+    !> Number of cells on the stack.
     integer, intent(in) :: count
     integer, intent(in), optional :: node
     integer :: cell, k, last, top, other
@@ -238,7 +238,7 @@ contains
     end do
   end subroutine legalise
 
-  !> Whether the edge opposite a corner should be the other diagonal.
+  !> Checks whether the edge opposite a corner must be replaced by the other diagonal.
   pure logical function is_illegal(t, cell, k)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell, k
@@ -260,7 +260,7 @@ contains
     end select
   end function is_illegal
 
-  !> Whether a node comes lexicographically before another.
+  !> Checks whether a node precedes another lexicographically.
   pure logical function is_before(t, a, b)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: a, b
@@ -268,7 +268,7 @@ contains
     is_before = t%node(1, a) < t%node(1, b) .or. (t%node(1, a) == t%node(1, b) .and. t%node(2, a) < t%node(2, b))
   end function is_before
 
-  !> The edge opposite a corner becomes the other diagonal: of (a,b,c) and d beyond bc come (a,b,d), the cell, and
+  !> Replaces the edge opposite a corner by the other diagonal: (a,b,c) and d beyond bc become (a,b,d), the cell, and
   !> (a,d,c), the other one.
   pure subroutine flip(t, cell, k, other)
     type(triangulation_type), intent(inout) :: t
@@ -296,7 +296,7 @@ contains
     call replace_neighbour(t, n_ca, cell, other)
   end subroutine flip
 
-  !> The corner of a cell that is none of two.
+  !> Returns the corner of a cell that is neither of two.
   pure integer function other_corner(t, cell, a, b)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell, a, b
@@ -304,7 +304,7 @@ contains
     other_corner = sum(t%corner(:, cell)) - a - b
   end function other_corner
 
-  !> A cell with two nodes, and the corner opposite them; 0 where they are no edge.
+  !> Finds a cell with two nodes, and the corner opposite them; 0 if they are no edge.
   pure subroutine find_edge(t, a, b, cell, k)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: a, b
@@ -323,7 +323,7 @@ contains
     k = 0
   end subroutine find_edge
 
-  !> All cells at a node, counter-clockwise.
+  !> Returns all cells at a node, counter-clockwise.
   pure subroutine cells_around(t, node, cells)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: node
@@ -333,7 +333,7 @@ contains
     count = 0
     allocate (cells(16))
     cell = t%cell_at(node)
-    ! Clockwise to the side of the rectangle, if there is one, else round to where it began.
+    ! Clockwise to the side of the rectangle, if there is one, otherwise around to the first cell.
     do
       if (t%neighbour(previous_of(place_in_cell(t, cell, node)), cell) == 0) exit
       cell = t%neighbour(previous_of(place_in_cell(t, cell, node)), cell)
@@ -349,7 +349,7 @@ contains
     cells = cells(:count)
   end subroutine cells_around
 
-  !> Number the edge opposite a corner, in both cells.
+  !> Sets the line number of the edge opposite a corner, in both cells.
   pure subroutine mark(t, cell, k, line)
     type(triangulation_type), intent(inout) :: t
     integer, intent(in) :: cell, k, line
@@ -360,7 +360,7 @@ contains
     if (other /= 0) t%line(place_of_neighbour(t, other, cell), other) = line
   end subroutine mark
 
-  !> Which corner of a cell a node is.
+  !> Returns the local number of a node in a cell.
   pure integer function place_in_cell(t, cell, node)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell, node
@@ -370,7 +370,7 @@ contains
     if (t%corner(2, cell) == node) place_in_cell = 2
   end function place_in_cell
 
-  !> Opposite which corner of a cell another cell lies.
+  !> Returns the corner of a cell opposite which another cell is.
   pure integer function place_of_neighbour(t, cell, other)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell, other
@@ -380,7 +380,7 @@ contains
     if (t%neighbour(2, cell) == other) place_of_neighbour = 2
   end function place_of_neighbour
 
-  !> Squares of the lengths of the edges of a cell, each opposite its corner.
+  !> Squared lengths of the edges of a cell, each opposite its corner.
   pure function edge_squares(t, cell) result(square)
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell
@@ -412,7 +412,7 @@ contains
 
   pure subroutine replace_neighbour(t, cell, old, new)
     type(triangulation_type), intent(inout) :: t
-    !> May be 0.
+    !> The cell may be 0.
     integer, intent(in) :: cell, old, new
 
     if (cell /= 0) t%neighbour(place_of_neighbour(t, cell, old), cell) = new
@@ -432,7 +432,7 @@ contains
     t%node(:, node) = place
   end subroutine add_node
 
-  !> Room for more cells.
+  !> Enlarges the arrays for more cells.
   pure subroutine make_room(t, count)
     type(triangulation_type), intent(inout) :: t
     integer, intent(in) :: count

@@ -1,5 +1,5 @@
-!> What bounds a body, independent of the mesh: an outline in the x-y plane, limits along z, a
-!> polyhedron, or a list of cells.
+!> Boundary of a body, independent of the mesh: an outline in the x-y plane, limits along z, a polyhedron, or a list of
+!> cells.
 module qsmpm_body_shape
   use qsmpm_kinds, only: wp
   use qsmpm_polyhedron, only: polyhedron_type
@@ -8,37 +8,37 @@ module qsmpm_body_shape
 
   public :: body_shape_type, is_unbounded, shape_box
 
-  !> What bounds a body.
+  !> Boundary of a body.
   type :: body_shape_type
     !> Vertices of the outline in the x-y plane, counter-clockwise (2,n); unallocated: no outline.
     real(wp), allocatable :: outline(:, :)
     !> Limits along z.
     real(wp) :: low = -huge(1.0_wp), high = huge(1.0_wp)
-    !> Cells the body may occupy (cell_count); unallocated: all.
+    !> Cells that the body may occupy (cell_count); unallocated: all.
     logical, allocatable :: region(:)
-    !> The body is the inside of this polyhedron; unallocated: it is none.
+    !> The body is the interior of this polyhedron; unallocated: it is none.
     type(polyhedron_type), allocatable :: solid
-    !> Length by which the bounds are uncertain: that of a file with few digits.
+    !> Uncertainty of the boundary as a length, for a file with few digits.
     real(wp) :: uncertainty = 0.0_wp
-    !> Share of a cell that may lie outside of a body which holds it: cells that fit outlines take places nearer than a
-    !> twentieth of a cell for one, and a body ends at the edges that they have then.
+    !> Share of a cell that may be outside of a body that contains it: body-fitted cells merge places nearer than a
+    !> twentieth of a cell, and the body ends at the resulting edges.
     real(wp) :: slack = 0.0_wp
   end type body_shape_type
 
 contains
 
-  !> True when the body fills every cell it may occupy.
+  !> Checks whether the body fills every cell that it may occupy.
   pure logical function is_unbounded(shape)
-    !> Bounds of the body.
+    !> Boundary of the body.
     type(body_shape_type), intent(in) :: shape
 
     is_unbounded = .not. allocated(shape%outline) .and. .not. allocated(shape%solid) &
       .and. shape%high >= huge(1.0_wp) .and. shape%low <= -huge(1.0_wp)
   end function is_unbounded
 
-  !> Box around a body.
+  !> Returns the bounding box of a body.
   pure subroutine shape_box(shape, low, high)
-    !> Bounds of the body.
+    !> Boundary of the body.
     type(body_shape_type), intent(in) :: shape
     !> Lower and upper corner (3).
     real(wp), intent(out) :: low(3), high(3)

@@ -1,4 +1,4 @@
-!> Triangles in space cut by the planes of a convex cell.
+!> Clipping of triangles in 3D by the planes of a convex cell.
 module qsmpm_plane_clip
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: tet4, wedge6, hex8, face_count, face_corners, max_faces
@@ -8,12 +8,12 @@ module qsmpm_plane_clip
 
   public :: planes_of_cell, planes_of_box, clip_facet, most_corners
 
-  !> A triangle cut by six faces of a cell and six of a box has at most these corners.
+  !> Largest number of corners of a triangle clipped by six faces of a cell and six of a box.
   integer, parameter :: most_corners = 3 + 2*max_faces
 
 contains
 
-  !> Planes of the faces of a cell: middle, outward unit normal and size of each.
+  !> Returns the planes of the faces of a cell: centre, outward unit normal and size of each.
   pure subroutine planes_of_cell(corners, origins, normals, sizes)
     !> Corners of a tetrahedron, wedge or brick (3, 4, 6 or 8).
     real(wp), intent(in) :: corners(:, :)
@@ -41,7 +41,7 @@ contains
     end do
   end subroutine planes_of_cell
 
-  !> Planes of a box along the axes, which may be flat.
+  !> Returns the planes of an axis-aligned box, which may be flat.
   pure subroutine planes_of_box(low, high, origins, normals)
     !> Lower and upper corner (3).
     real(wp), intent(in) :: low(3), high(3)
@@ -58,17 +58,17 @@ contains
     end do
   end subroutine planes_of_box
 
-  !> The part of a triangle inside all planes, what lies on a plane included.
+  !> Returns the part of a triangle inside all planes, including parts on a plane.
   pure subroutine clip_facet(facet, origins, normals, snap, polygon, n)
     !> Corners (3,3).
     real(wp), intent(in) :: facet(3, 3)
     !> Points of the planes and outward unit normals (3, planes).
     real(wp), intent(in) :: origins(:, :), normals(:, :)
-    !> Heights up to which a corner lies on the plane (planes).
+    !> Heights up to which a corner counts as on the plane (planes).
     real(wp), intent(in) :: snap(:)
     !> Corners of the part (3, most_corners), the first n are used.
     real(wp), intent(out) :: polygon(:, :)
-    !> Number of corners; 0 when nothing is inside.
+    !> Number of corners; 0 if nothing is inside.
     integer, intent(out) :: n
     real(wp) :: height(most_corners)
     integer :: f, i
@@ -87,7 +87,7 @@ contains
     end do
   end subroutine clip_facet
 
-  !> Keep the part of a convex polygon where the height is not above 0.
+  !> Keeps the part of a convex polygon where the height is not above 0.
   pure subroutine cut_polygon(height, polygon, n)
     !> Heights of the corners.
     real(wp), intent(in) :: height(:)

@@ -1,7 +1,7 @@
 !> Plane polygons: area, centroid, second moments, containment, and the part of a polygon inside a convex cell.
 !>
-!> A body given by a polygon cuts through cells; the volume its points get in a cut cell is the
-!> exact area of the intersection (Sutherland and Hodgman 1974, the body clipped by the cell).
+!> A body given by a polygon intersects cells; the volume of its points in a cut cell is the exact area of the
+!> intersection (Sutherland and Hodgman 1974, the body clipped by the cell).
 module qsmpm_polygon
   use qsmpm_kinds, only: wp
   implicit none
@@ -19,8 +19,8 @@ contains
     turn = a(1)*b(2) - a(2)*b(1)
   end function turn
 
-  !> Signed area, positive when counter-clockwise; of places from the first vertex, so that its rounding is that of the
-  !> polygon wherever this lies.
+  !> Signed area, positive if counter-clockwise; from positions relative to the first vertex, so that its round-off does
+  !> not depend on the position of the polygon.
   pure function polygon_area(vertices) result(area)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: vertices(:, :)
@@ -35,7 +35,7 @@ contains
     end do
   end function polygon_area
 
-  !> Centroid; the mean of the vertices when the area vanishes.
+  !> Centroid; the mean of the vertices if the area vanishes.
   pure function polygon_centroid(vertices) result(centroid)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: vertices(:, :)
@@ -60,8 +60,8 @@ contains
     end if
   end function polygon_centroid
 
-  !> Mean of (x - c)(x - c)' over a polygon, c its centroid; zero when the area vanishes. A triangle of area A with
-  !> corners v about c has the integral A/12 (sum v v' + (sum v)(sum v)').
+  !> Mean of (x - c)(x - c)' over a polygon, c its centroid; zero if the area vanishes. A triangle of area A with
+  !> corners v relative to c has the integral A/12 (sum v v' + (sum v)(sum v)').
   pure function polygon_second(vertices) result(second)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: vertices(:, :)
@@ -85,8 +85,8 @@ contains
     if (abs(total) > tiny(total)) second = second/(12.0_wp*total)
   end function polygon_second
 
-  !> True when a point is inside (even-odd rule). A point on an edge shared by two polygons is in
-  !> exactly one of them: an edge is crossed at the same place whichever way it is passed.
+  !> Checks whether a point is inside (even-odd rule). A point on an edge shared by two polygons is in exactly one of
+  !> them: the intersection with an edge does not depend on its direction.
   pure logical function polygon_contains(vertices, x) result(inside)
     !> Vertices in order (2,n); point (2).
     real(wp), intent(in) :: vertices(:, :), x(2)
@@ -105,11 +105,11 @@ contains
     end do
   end function polygon_contains
 
-  !> The part of a polygon inside a convex counter-clockwise cell; no vertices when they are apart.
+  !> Returns the part of a polygon inside a convex counter-clockwise cell; no vertices if they do not intersect.
   pure subroutine clip_by_convex(subject, cell, clipped)
     !> Vertices of the polygon (2,n); vertices of the convex cell (2,m).
     real(wp), intent(in) :: subject(:, :), cell(:, :)
-    !> Vertices of the intersection; pieces of a non-convex body are joined by edges of no area.
+    !> Vertices of the intersection; pieces of a non-convex body are joined by edges without area.
     real(wp), allocatable, intent(out) :: clipped(:, :)
     real(wp), allocatable :: next(:, :)
     integer :: edge, follower
@@ -123,7 +123,7 @@ contains
     end do
   end subroutine clip_by_convex
 
-  !> Keep what lies to the left of a directed line.
+  !> Keeps the part to the left of a directed line.
   pure subroutine clip_by_line(subject, from, to, kept)
     !> Vertices of the polygon (2,n).
     real(wp), intent(in) :: subject(:, :)

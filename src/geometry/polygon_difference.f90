@@ -1,10 +1,10 @@
-!> What is left of a polygon when another is taken out of it, as one list of vertices.
+!> Difference of two polygons as one list of vertices.
 !>
-!> Both boundaries are divided where they meet, to edges between common nodes. What bounds the rest are the edges of the
-!> first outside of the second, and those of the second inside of the first, turned round; of edges that both have the
-!> one with the second polygon on its other side stays. At every node the boundary goes on along the edge that turns
-!> most to the left, which closes loops that touch in nodes at most. Several loops (a hole, a rest in parts) are joined
-!> by slits, pairs of opposite edges of no area, which sums over edges and the even-odd rule do not see.
+!> Both boundaries are divided where they meet, into edges between common nodes. The boundary of the difference consists
+!> of the edges of the first outside of the second, and of those of the second inside of the first, reversed; of common
+!> edges the one with the second polygon on its other side is kept. At every node the boundary continues along the
+!> leftmost edge, which closes loops that touch at most in nodes. Several loops (a hole, separate parts) are joined by
+!> slits, pairs of opposite edges without area, which have no effect on sums over edges and the even-odd rule.
 module qsmpm_polygon_difference
   use qsmpm_kinds, only: wp
   use qsmpm_polygon, only: polygon_area, polygon_contains, turn
@@ -13,7 +13,7 @@ module qsmpm_polygon_difference
 
   public :: polygon_difference, slits_of
 
-  !> A boundary as edges between nodes: their numbers (2,n).
+  !> A boundary as edges between numbered nodes (2,n).
   type :: edges_type
     integer, allocatable :: ends(:, :)
   end type edges_type
@@ -25,13 +25,13 @@ module qsmpm_polygon_difference
 
 contains
 
-  !> The rest of a polygon.
+  !> Computes the difference.
   pure subroutine polygon_difference(subject, taken, tolerance, rest)
     !> Simple polygons, counter-clockwise (2,n).
     real(wp), intent(in) :: subject(:, :), taken(:, :)
-    !> Distance within which places are the same.
+    !> Distance within which places are equal.
     real(wp), intent(in) :: tolerance
-    !> No vertices when nothing is left.
+    !> No vertices if nothing remains.
     real(wp), allocatable, intent(out) :: rest(:, :)
     real(wp), allocatable :: nodes(:, :)
     type(edges_type) :: first, second, bound
@@ -58,7 +58,7 @@ contains
     end do
   end subroutine polygon_difference
 
-  !> Whether an edge of the first polygon bounds the rest.
+  !> Checks whether an edge of the first polygon bounds the difference.
   pure logical function stays(ends, second, nodes, taken)
     !> Its nodes.
     integer, intent(in) :: ends(2)
@@ -74,7 +74,7 @@ contains
     end if
   end function stays
 
-  !> Whether a boundary has an edge, in this direction.
+  !> Checks whether a boundary has an edge, in this direction.
   pure logical function holds(edges, ends)
     type(edges_type), intent(in) :: edges
     integer, intent(in) :: ends(2)
@@ -89,10 +89,10 @@ contains
     edges%ends = reshape([edges%ends, ends], [2, size(edges%ends, 2) + 1])
   end subroutine add_edge
 
-  !> Edges of a polygon, divided at the vertices of another that lie on them and where its edges cross them.
+  !> Divides the edges of a polygon at the vertices of another on them and where its edges cross them.
   pure subroutine divide(polygon, other, tolerance, nodes, edges)
     real(wp), intent(in) :: polygon(:, :), other(:, :), tolerance
-    !> Places so far; gains those of the edges.
+    !> Places so far; those of the edges are added.
     real(wp), allocatable, intent(inout) :: nodes(:, :)
     type(edges_type), intent(out) :: edges
     real(wp) :: place(2*size(other, 2) + 2), least
@@ -119,7 +119,7 @@ contains
     end do
   end subroutine divide
 
-  !> Shares of an edge at which another begins on it, or crosses it.
+  !> Appends the relative positions on an edge at which another begins on it, or crosses it.
   pure subroutine add_meetings(a, b, c, d, tolerance, n, place)
     !> Ends of the edge and of the other one.
     real(wp), intent(in) :: a(2), b(2), c(2), d(2), tolerance
@@ -138,7 +138,7 @@ contains
     if (min(share, other_share) > 0.0_wp .and. max(share, other_share) < 1.0_wp) call append(share, n, place)
   end subroutine add_meetings
 
-  !> Put a value behind others.
+  !> Appends a value.
   pure subroutine append(value, n, place)
     real(wp), intent(in) :: value
     integer, intent(inout) :: n
@@ -148,7 +148,7 @@ contains
     place(n) = value
   end subroutine append
 
-  !> The node at a place; a new one where there is none.
+  !> Returns the node at a place; a new one if there is none.
   pure subroutine add_node(x, tolerance, nodes, number)
     real(wp), intent(in) :: x(2), tolerance
     real(wp), allocatable, intent(inout) :: nodes(:, :)
@@ -160,7 +160,7 @@ contains
     nodes = reshape([nodes, x], [2, number])
   end subroutine add_node
 
-  !> Loops of edges; those of no area are left out.
+  !> Forms loops of edges; those without area are omitted.
   pure subroutine close_loops(edges, nodes, tolerance, loops)
     type(edges_type), intent(in) :: edges
     real(wp), intent(in) :: nodes(:, :), tolerance
@@ -189,7 +189,7 @@ contains
     end do
   end subroutine close_loops
 
-  !> The free edge behind one that turns most to the left, 0 where there is none.
+  !> Returns the unused edge after a given one that turns most to the left, 0 if there is none.
   pure integer function next_edge(edges, nodes, used, now) result(next)
     type(edges_type), intent(in) :: edges
     real(wp), intent(in) :: nodes(:, :)
@@ -211,7 +211,7 @@ contains
     end do
   end function next_edge
 
-  !> Put a loop into a polygon, by a slit between the vertices that are nearest to each other.
+  !> Joins a loop to a polygon by a slit between the vertices nearest to each other.
   pure subroutine join(loop, polygon)
     real(wp), intent(in) :: loop(:, :)
     real(wp), allocatable, intent(inout) :: polygon(:, :)
@@ -241,7 +241,7 @@ contains
       [2, size(polygon, 2) + n + 2])
   end subroutine join
 
-  !> Edges of a polygon that are half of a slit: the other half goes back.
+  !> Marks the edges of a polygon that are half of a slit, whose other half is opposite.
   pure function slits_of(polygon) result(slit)
     !> (2,n)
     real(wp), intent(in) :: polygon(:, :)

@@ -1,10 +1,9 @@
-!> The separate pieces of a simple polygon inside a convex cell.
+!> Separate pieces of a simple polygon inside a convex cell.
 !>
-!> The polygon is cut by one line of the cell after the other. Where a line cuts it, the kept parts of
-!> its boundary are chains that end on the line; in the order along the line the end of a chain is
-!> joined to the start of the next, which closes one polygon for every connected piece. The area and
-!> the first moment of the pieces together do not depend on who is joined to whom, so they are right
-!> to rounding even where vertices lie on the line.
+!> The polygon is cut by the lines of the cell one after the other. Where a line cuts it, the retained parts of its
+!> boundary are chains that end on the line; in the order along the line the end of a chain is joined to the start of
+!> the next, which closes one polygon for every connected piece. The total area and first moment of the pieces do not
+!> depend on which chains are joined, so that they are accurate to round-off even where vertices are on the line.
 module qsmpm_polygon_pieces
   use qsmpm_kinds, only: wp
   use qsmpm_spatial_lists, only: order_rising
@@ -17,13 +16,13 @@ module qsmpm_polygon_pieces
   type :: polygon_list_type
     integer :: count = 0
     integer, allocatable :: first(:)
-    !> (2, room), the first first(count+1)-1 are used.
+    !> Vertices (2, size of allocation), the first first(count+1)-1 are used.
     real(wp), allocatable :: vertices(:, :)
   end type polygon_list_type
 
 contains
 
-  !> A list with one polygon.
+  !> Initialises a list with one polygon.
   pure subroutine begin_list(polygon, list)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: polygon(:, :)
@@ -37,13 +36,13 @@ contains
     call close_polygon(list)
   end subroutine begin_list
 
-  !> Pieces of polygons inside a convex cell.
+  !> Returns the pieces of polygons inside a convex cell.
   pure subroutine pieces_in_convex(subjects, cell, pieces)
     !> Simple polygons, counter-clockwise.
     type(polygon_list_type), intent(in) :: subjects
     !> Vertices of the cell, counter-clockwise (2,m).
     real(wp), intent(in) :: cell(:, :)
-    !> The pieces; none when there is nothing inside.
+    !> The pieces; none if nothing is inside.
     type(polygon_list_type), intent(out) :: pieces
     type(polygon_list_type) :: next
     integer :: edge, i
@@ -59,7 +58,7 @@ contains
     end do
   end subroutine pieces_in_convex
 
-  !> Forget all polygons.
+  !> Removes all polygons.
   pure subroutine make_empty(list)
     type(polygon_list_type), intent(inout) :: list
 
@@ -69,7 +68,7 @@ contains
     list%first(2) = 1
   end subroutine make_empty
 
-  !> Append a vertex to the polygon that is not closed yet.
+  !> Appends a vertex to the polygon that is not closed yet.
   pure subroutine add_vertex(list, vertex)
     type(polygon_list_type), intent(inout) :: list
     !> Place (2).
@@ -82,7 +81,7 @@ contains
     list%first(list%count + 2) = n + 1
   end subroutine add_vertex
 
-  !> End the polygon whose vertices were added last.
+  !> Closes the polygon whose vertices were added last.
   pure subroutine close_polygon(list)
     type(polygon_list_type), intent(inout) :: list
 
@@ -91,13 +90,13 @@ contains
     list%first(list%count + 2) = list%first(list%count + 1)
   end subroutine close_polygon
 
-  !> Append the parts of a polygon to the left of a directed line, the line included.
+  !> Appends the parts of a polygon to the left of a directed line, including the line.
   pure subroutine cut_by_line(polygon, from, to, list)
     !> Vertices, counter-clockwise (2,n).
     real(wp), intent(in) :: polygon(:, :)
     !> Two points of the line (2).
     real(wp), intent(in) :: from(2), to(2)
-    !> Gains the parts.
+    !> Receives the parts.
     type(polygon_list_type), intent(inout) :: list
     real(wp) :: side(size(polygon, 2)), enter(2, size(polygon, 2)), leave(2, size(polygon, 2))
     integer :: start(size(polygon, 2)), i, j, k, n, chains
@@ -129,7 +128,7 @@ contains
 
   contains
 
-    !> Where the edge from an outer to an inner vertex meets the line.
+    !> Intersection of the edge from an outer to an inner vertex with the line.
     pure function crossing(outer, inner) result(x)
       !> Numbers of the vertices.
       integer, intent(in) :: outer, inner
@@ -139,17 +138,17 @@ contains
     end function crossing
   end subroutine cut_by_line
 
-  !> Close chains along the line: the end of the k-th in its order goes to the k-th start.
+  !> Closes chains along the line: the k-th end in its order is joined to the k-th start.
   pure subroutine join_chains(polygon, side, start, enter, leave, along, list)
     !> Vertices (2,n) and their side of the line (n).
     real(wp), intent(in) :: polygon(:, :), side(:)
     !> First inner vertex of each chain.
     integer, intent(in) :: start(:)
-    !> Where each chain starts and ends on the line (2, chains).
+    !> Start and end of each chain on the line (2, chains).
     real(wp), intent(in) :: enter(:, :), leave(:, :)
     !> Direction of the line (2).
     real(wp), intent(in) :: along(2)
-    !> Gains the closed polygons.
+    !> Receives the closed polygons.
     type(polygon_list_type), intent(inout) :: list
     integer :: entry_order(size(start)), exit_rank(size(start)), order(size(start)), k, m, vertex
     logical :: done(size(start))

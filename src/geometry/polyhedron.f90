@@ -1,13 +1,11 @@
-!> Polyhedra bounded by triangles: total volume and centroid, containment, and the part inside a cell.
+!> Polyhedra bounded by triangles: total volume and centroid, containment, and the part inside a cell; also the
+!> triangles that bound an upright prism over an outline.
 !>
-!> A facet that looks up (or down) along z counts +1 (or -1) for every place below it. Over all
-!> facets of a closed surface the counts add up to 1 inside and 0 outside. So the volume of the
-!> polyhedron in a convex cell is the signed sum over the facets of the volume of the cell below
-!> the facet, a convex solid cut off by four planes, and the same holds for the first moment.
-!> Nothing is tested for lying on a face, so nothing can be tested wrongly; facets that stand along
-!> z count nothing. The surface need not be convex or in one piece.
-!>
-!> Triangles that bound an upright prism over an outline.
+!> A facet that faces up (or down) along z counts +1 (or -1) for every place below it. Over all facets of a closed
+!> surface the counts add up to 1 inside and 0 outside. So the volume of the polyhedron in a convex cell is the signed
+!> sum over the facets of the volume of the cell below the facet, a convex solid cut off by four planes, and the same
+!> holds for the first moment. No test for points on faces is required, so that none can fail; facets parallel to z
+!> count nothing. The surface need not be convex or connected.
 module qsmpm_polyhedron
   use qsmpm_kinds, only: wp
   use qsmpm_sorting, only: sort
@@ -25,11 +23,11 @@ module qsmpm_polyhedron
   type :: polyhedron_type
     !> Corners, counter-clockwise seen from outside (3, 3, n).
     real(wp), allocatable :: facets(:, :, :)
-    !> Box around all (3).
+    !> Bounding box (3).
     real(wp) :: low(3) = 0.0_wp, high(3) = 0.0_wp
-    !> Bins a direction.
+    !> Number of bins per direction.
     integer :: bins = 1
-    !> Facets whose box meets bin (i, j): member(first(k) : first(k+1)-1), k = i + bins*(j-1).
+    !> Facets whose box intersects bin (i, j): member(first(k) : first(k+1)-1), k = i + bins*(j-1).
     integer, allocatable :: first(:), member(:)
   end type polyhedron_type
 
@@ -37,7 +35,7 @@ module qsmpm_polyhedron
 
 contains
 
-  !> A polyhedron of facets, with its bins.
+  !> Makes a polyhedron of facets, with its bins.
   pure subroutine make_polyhedron(facets, solid)
     !> Corners, counter-clockwise seen from outside (3, 3, n).
     real(wp), intent(in) :: facets(:, :, :)
@@ -58,7 +56,7 @@ contains
     call list_by_box(from, to, [solid%bins, solid%bins, 1], solid%first, solid%member)
   end subroutine make_polyhedron
 
-  !> Bin of a place.
+  !> Returns the bin of a place.
   pure function bin_of(solid, x) result(bin)
     type(polyhedron_type), intent(in) :: solid
     !> Place in the x-y plane (2).
@@ -71,7 +69,7 @@ contains
     bin = min(bin, solid%bins)
   end function bin_of
 
-  !> Facets whose box in the x-y plane meets a box, each once, in rising order.
+  !> Returns the facets whose box in the x-y plane intersects a box, each once, in increasing order.
   pure subroutine facets_over(solid, low, high, found)
     type(polyhedron_type), intent(in) :: solid
     !> Lower and upper corner of the box (2).
@@ -109,7 +107,7 @@ contains
     found = pack(near(:n), [(i == 1 .or. near(i) /= near(max(1, i - 1)), i=1, n)])
   end subroutine facets_over
 
-  !> Normal of a facet, as long as twice its area.
+  !> Normal of a facet, with twice its area as length.
   pure function facet_normal(corners) result(normal)
     !> Corners (3,3).
     real(wp), intent(in) :: corners(3, 3)
@@ -118,12 +116,12 @@ contains
     normal = cross(corners(:, 2) - corners(:, 1), corners(:, 3) - corners(:, 1))
   end function facet_normal
 
-  !> Volume and centroid by the divergence theorem; positive when the normals look outward.
+  !> Computes volume and centroid by the divergence theorem; positive if the normals point outward.
   pure subroutine polyhedron_volume(facets, volume, centroid)
     !> Corners (3, 3, n).
     real(wp), intent(in) :: facets(:, :, :)
     real(wp), intent(out) :: volume
-    !> The centroid (3); the middle of the corners when the volume vanishes.
+    !> The centroid (3); the mean of the corners if the volume vanishes.
     real(wp), intent(out) :: centroid(3)
     real(wp) :: origin(3), part, x(3, 3)
     integer :: f
@@ -141,7 +139,7 @@ contains
     centroid = origin + centroid
   end subroutine polyhedron_volume
 
-  !> True when a place is inside.
+  !> Checks whether a place is inside.
   pure logical function polyhedron_contains(solid, x) result(inside)
     type(polyhedron_type), intent(in) :: solid
     !> Place (3).
@@ -165,12 +163,12 @@ contains
     inside = total > 0
   end function polyhedron_contains
 
-  !> Where a line along z goes through the surface, in no order: the ends of the pieces of the line inside.
+  !> Finds the intersections of a line along z with the surface, unordered: the ends of the parts of the line inside.
   pure subroutine find_crossings(solid, x, z, looks_up)
     type(polyhedron_type), intent(in) :: solid
     !> Position of the line in the x-y plane (2).
     real(wp), intent(in) :: x(2)
-    !> Heights of the crossings, and whether the facets there look up, so that the inside is below.
+    !> Heights of the intersections, and whether the facets there face up, so that the interior is below.
     real(wp), allocatable, intent(out) :: z(:)
     logical, allocatable, intent(out) :: looks_up(:)
     integer :: i, bin(2), k
@@ -191,7 +189,8 @@ contains
     end do
   end subroutine find_crossings
 
-  !> Volume and first moment of the polyhedron inside a convex solid, and if asked for its second moments about a place.
+  !> Computes volume and first moment of the polyhedron inside a convex solid, and optionally its second moments about a
+  !> place.
   pure subroutine moments_in_tets(solid, candidates, tets, volume, moment, about, second)
     type(polyhedron_type), intent(in) :: solid
     !> Facets over the convex solid.
@@ -199,9 +198,9 @@ contains
     !> The convex solid.
     type(tet_list_type), intent(in) :: tets
     real(wp), intent(out) :: volume
-    !> Integral of the place (3).
+    !> Integral of the position (3).
     real(wp), intent(out) :: moment(3)
-    !> Where the second moments are taken about (3).
+    !> Reference point of the second moments (3).
     real(wp), intent(in), optional :: about(3)
     !> Integral of (x - about)(x - about)' (3,3).
     real(wp), intent(out), optional :: second(3, 3)
@@ -234,8 +233,8 @@ contains
     end do
   end subroutine moments_in_tets
 
-  !> Facets that bound an upright prism from above and below; its walls count nothing and are left
-  !> out. The fans may overlap where the outline is not convex: their signs cancel.
+  !> Returns the facets that bound an upright prism from above and below; its walls count nothing and are omitted. The
+  !> fans may overlap if the outline is not convex: their signs cancel.
   pure subroutine prism_caps(outline, low, high, facets)
     !> Vertices, counter-clockwise (2,n).
     real(wp), intent(in) :: outline(:, :)
@@ -255,7 +254,7 @@ contains
     end do
   end subroutine prism_caps
 
-  !> Walls of an upright prism.
+  !> Returns the walls of an upright prism.
   pure subroutine prism_walls(outline, low, high, facets)
     !> Vertices, counter-clockwise (2,n).
     real(wp), intent(in) :: outline(:, :)

@@ -1,5 +1,5 @@
-!> Whether triangles close a solid: every edge belongs to two of them that turn the same way, and the
-!> enclosed volume is positive. Whether they pass through each other is not looked at.
+!> Check whether triangles bound a solid: every edge belongs to two of them with consistent orientation, and the
+!> enclosed volume is positive. Self-intersection is not checked.
 module qsmpm_polyhedron_check
   use qsmpm_kinds, only: wp
   use qsmpm_sorting, only: order_columns
@@ -10,12 +10,12 @@ module qsmpm_polyhedron_check
 
   public :: polyhedron_problem, corner_numbers
 
-  !> Volumes below this share of the enclosing box are rounding.
+  !> Volumes below this share of the enclosing box are round-off.
   real(wp), parameter :: flat = 1.0e-12_wp
 
 contains
 
-  !> What is wrong with the facets, empty when nothing is.
+  !> Returns the fault of the facets, empty if there is none.
   pure function polyhedron_problem(facets) result(problem)
     !> Corners, counter-clockwise seen from outside (3, 3, n), n at least 1.
     real(wp), intent(in) :: facets(:, :, :)
@@ -33,7 +33,7 @@ contains
     end if
   end function polyhedron_problem
 
-  !> Numbers of the corners: the same for corners with the same coordinates to the last bit.
+  !> Numbers of the corners: equal for corners with bitwise equal coordinates.
   pure function corner_numbers(facets) result(numbers)
     !> Corners (3, 3, n).
     real(wp), intent(in) :: facets(:, :, :)
@@ -59,7 +59,7 @@ contains
     numbers = reshape(number, shape(numbers))
   end function corner_numbers
 
-  !> The first edge that is not one of two facets which pass it in opposite directions.
+  !> Returns a message on the first edge that is not shared by two facets in opposite directions.
   pure function edge_problem(corners) result(problem)
     !> Numbers of the corners (3, n).
     integer, intent(in) :: corners(:, :)
@@ -102,7 +102,7 @@ contains
 
     !> Facet of an edge.
     pure integer function facet_of(edge)
-      !> Number of the edge, three a facet.
+      !> Number of the edge, three per facet.
       integer, intent(in) :: edge
 
       facet_of = (edge + 2)/3

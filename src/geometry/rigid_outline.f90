@@ -1,10 +1,10 @@
-!> The outline of a rigid body in the plane, counter-clockwise: as places with lengths, in parts of equal length, and as
-!> corners to be drawn.
+!> Outline of a rigid body in the plane, counter-clockwise: as places with lengths, in parts of equal length, and as
+!> corners for plots.
 !>
 !> A rounded polygon is bounded by its edges and, at convex corners, by arcs about the vertices of its core; at concave
-!> ones its edges meet in a point. A circle begins at its lowest point, a polygon in the middle of its first corner; the
-!> first part has its middle there, so that an axis of symmetry leaves half a part on both sides of it, where longer
-!> ones let soil through in the middle. A plane has no outline.
+!> ones its edges meet in a point. A circle begins at its lowest point, a polygon in the middle of its first corner. The
+!> first part is centred there, so that an axis of symmetry has half a part on both sides; longer parts would let soil
+!> penetrate in the middle. A plane has no outline.
 module qsmpm_rigid_outline
   use qsmpm_kinds, only: wp
   use qsmpm_rigid_shape, only: rigid_shape_type, edge_normal, kind_half_space, kind_ball, kind_polygon
@@ -15,7 +15,7 @@ module qsmpm_rigid_outline
 
   type :: rigid_outline_type
     integer :: count = 0
-    !> As drawn (2, places); length of each and number of the part that it belongs to (places).
+    !> Initial coordinates (2, places); length of each and number of its part (places).
     real(wp), allocatable :: place(:, :), length(:)
     integer, allocatable :: part(:)
   end type rigid_outline_type
@@ -28,15 +28,15 @@ module qsmpm_rigid_outline
   end type piece_type
 
   real(wp), parameter :: pi = acos(-1.0_wp)
-  !> Chords by which a full circle is drawn.
+  !> Number of chords of a full circle in plots.
   integer, parameter :: drawn_chords = 64
 
 contains
 
-  !> Places along the outline.
+  !> Generates the places along the outline.
   pure subroutine lay_outline(shape, part_length, places_of_part, outline)
     type(rigid_shape_type), intent(in) :: shape
-    !> Length of a part, more or less: their number is a multiple of four.
+    !> Approximate length of a part: their number is a multiple of four.
     real(wp), intent(in) :: part_length
     integer, intent(in) :: places_of_part
     type(rigid_outline_type), intent(out) :: outline
@@ -57,12 +57,12 @@ contains
     end do
   end subroutine lay_outline
 
-  !> Corners of the outline, arcs as chords; of a plane two points that are `reach` to both sides of its own, the body
-  !> at the left hand.
+  !> Returns the corners of the outline, arcs as chords; for a plane two points at distance `reach` on both sides of its
+  !> point, with the body to the left.
   pure function outline_corners(shape, reach, chords_of_circle) result(corners)
     type(rigid_shape_type), intent(in) :: shape
     real(wp), intent(in) :: reach
-    !> Chords of a full circle; as many as are drawn where it is absent.
+    !> Number of chords of a full circle; by default that of plots.
     integer, intent(in), optional :: chords_of_circle
     !> (2,n)
     real(wp), allocatable :: corners(:, :)
@@ -98,7 +98,7 @@ contains
     end subroutine add_corner
   end function outline_corners
 
-  !> Pieces of an outline; none of a plane.
+  !> Returns the pieces of an outline; none for a plane.
   pure subroutine find_pieces(shape, pieces)
     type(rigid_shape_type), intent(in) :: shape
     type(piece_type), allocatable, intent(out) :: pieces(:)
@@ -112,7 +112,7 @@ contains
     end select
   end subroutine find_pieces
 
-  !> Edges and arcs of a rounded polygon.
+  !> Appends edges and arcs of a rounded polygon.
   pure subroutine add_polygon(core, round, pieces)
     !> (2, vertices)
     real(wp), intent(in) :: core(:, :), round
@@ -144,7 +144,7 @@ contains
     call add_arc(pieces, core(:, 1), round, at_start(1), 0.5_wp*turn(1))
   end subroutine add_polygon
 
-  !> A straight piece.
+  !> Appends a straight piece.
   pure subroutine add_line(pieces, from, to)
     type(piece_type), allocatable, intent(inout) :: pieces(:)
     real(wp), intent(in) :: from(2), to(2)
@@ -153,7 +153,7 @@ contains
     pieces = [pieces, piece_type(from, (to - from)/norm2(to - from), norm2(to - from), .true.)]
   end subroutine add_line
 
-  !> An arc, counter-clockwise; none where it does not turn that way.
+  !> Appends a counter-clockwise arc; none if it turns the other way.
   pure subroutine add_arc(pieces, centre, radius, angle, turn)
     type(piece_type), allocatable, intent(inout) :: pieces(:)
     real(wp), intent(in) :: centre(2), radius, angle, turn
@@ -161,7 +161,7 @@ contains
     if (turn > 0.0_wp) pieces = [pieces, piece_type(centre, [radius, angle], radius*turn, .false.)]
   end subroutine add_arc
 
-  !> The place at a length along the pieces.
+  !> Returns the place at a length along the pieces.
   pure function place_along(pieces, length) result(place)
     type(piece_type), intent(in) :: pieces(:)
     real(wp), intent(in) :: length

@@ -1,9 +1,9 @@
-!> Where a rigid body is: it has turned about its reference point, and this has moved.
+!> Pose of a rigid body: its rotation about its reference point, and the displacement of that point.
 !>
 !>   x = c + d + R (X - c)
 !>
-!> with the place X as drawn, the reference point c as drawn, its displacement d and the rotation R
-!> (a rotation vector, qsmpm_rigid_shape); in the plane bodies turn about z.
+!> with the initial place X, the initial reference point c, its displacement d and the rotation R (a rotation vector,
+!> qsmpm_rigid_shape); in the plane bodies rotate about z.
 module qsmpm_rigid_pose
   use qsmpm_kinds, only: wp
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, face_type, rotation_matrix, followed_by
@@ -18,7 +18,7 @@ module qsmpm_rigid_pose
     real(wp) :: rotation(3) = 0.0_wp
   end type rigid_pose_type
 
-  !> A shape with its reference point as drawn, and its pose.
+  !> A shape with its initial reference point, and its pose.
   type :: placed_shape_type
     type(rigid_shape_type) :: shape
     real(wp) :: reference(3) = 0.0_wp
@@ -29,7 +29,7 @@ module qsmpm_rigid_pose
 
 contains
 
-  !> A pose after a share of a motion, which turns the body about one axis.
+  !> Returns a pose after a share of a motion, which rotates the body about one axis.
   pure type(rigid_pose_type) function moved_on(from, motion, share) result(pose)
     type(rigid_pose_type), intent(in) :: from, motion
     real(wp), intent(in) :: share
@@ -54,7 +54,7 @@ contains
     distance%curvature = matmul(r, distance%curvature)
   end function distance_at
 
-  !> Face that a piece of a surface lies along (`face_under`), the body in its pose.
+  !> Face along which a piece of a surface is (`face_under`), for the body in its pose.
   pure type(face_type) function face_at(self, x, outward, length, above, below) result(face)
     class(placed_shape_type), intent(in) :: self
     real(wp), intent(in) :: x(3), outward(3), length, above, below
@@ -66,7 +66,7 @@ contains
     face%distance%normal = matmul(r, face%distance%normal)
   end function face_at
 
-  !> The body in coordinates that count from an origin.
+  !> Returns the body in coordinates relative to an origin.
   pure type(placed_shape_type) function seen_from(self, origin) result(seen)
     class(placed_shape_type), intent(in) :: self
     real(wp), intent(in) :: origin(3)
@@ -74,9 +74,9 @@ contains
     seen = placed_shape_type(self%shape%shifted_by(-origin), self%reference - origin, self%pose)
   end function seen_from
 
-  !> Where a place that rides on a body comes when the body goes from one pose to another.
+  !> Returns the new position of a place that moves with a body from one pose to another.
   pure function carry_along(reference, from, to, x) result(carried)
-    !> Reference point as drawn.
+    !> Initial reference point.
     real(wp), intent(in) :: reference(3)
     type(rigid_pose_type), intent(in) :: from, to
     real(wp), intent(in) :: x(3)
@@ -86,7 +86,7 @@ contains
     carried = reference + to%displacement + turned_along(from, to, arm)
   end function carry_along
 
-  !> What a vector that rides on a body becomes when the body goes from one pose to another.
+  !> Returns a vector after it has rotated with a body from one pose to another.
   pure function turned_along(from, to, vector) result(turned)
     type(rigid_pose_type), intent(in) :: from, to
     real(wp), intent(in) :: vector(3)

@@ -1,24 +1,24 @@
-!> Shapes of rigid bodies as signed distances: how far a place is from the surface, negative inside, in which direction
-!> the surface looks there, and how it curves.
+!> Shapes of rigid bodies as signed distance functions: distance of a place from the surface, negative inside, with the
+!> normal and the curvature of the surface there.
 !>
 !>   phi(x),  n = grad phi,  H = grad grad phi
 !>
-!> A polygon is rounded: it is drawn in by a radius r to its core, and what is within r of the core is the body. So n
-!> is continuous around convex corners, where H = (1 - n n')/(phi + r); along edges H is zero. A plane is a half space,
-!> a circle in axisymmetry or space a sphere. In axisymmetry a polygon that ends at the axis is completed by its image.
-!> In space a polygon is a prism along z, or turned about a line along y; there r is the distance from the line, e the
-!> direction away from it and t the one around it:
+!> A polygon is rounded: its edges are offset inwards by a radius r to its core, and the body is the set of places
+!> within r of the core. So n is continuous around convex corners, where H = (1 - n n')/(phi + r); along edges H is
+!> zero. A plane is a half space; a circle is a sphere in axisymmetry or 3D. In axisymmetry a polygon that ends at the
+!> axis is completed by its mirror image. In 3D a polygon is a prism along z, or revolved about a line along y; there r
+!> is the distance from the line, e the radial direction and t the circumferential one:
 !>
 !>   n = n_r e + n_y y,   H = H of the polygon in e, y + n_r/r t t'
 !>
-!> A block has round edges and corners, too, along axes of its own.
+!> A block has rounded edges and corners, too, along axes of its own.
 !>
-!> Rotations as vectors: the axis times the angle in radians, counter-clockwise for who looks against the axis.
+!> Rotations are vectors: the axis times the angle in radians, counter-clockwise seen against the axis.
 !>
 !>   R v = cos(a) v + sin(a) n x v + (1 - cos(a)) (n . v) n,   a n the vector
 !>
-!> Two rotations, one behind the other, are one: about the same axis their angles add, however often they go around;
-!> about different ones the vector is that of the product of their unit quaternions.
+!> Two successive rotations are one: about the same axis their angles add, also beyond a full turn; about different axes
+!> the vector is that of the product of their unit quaternions.
 module qsmpm_rigid_shape
   use qsmpm_kinds, only: wp
   use qsmpm_polygon, only: polygon_contains
@@ -30,21 +30,21 @@ module qsmpm_rigid_shape
     turned_polygon, rounded_block, completed_by_image, largest_round, edge_normal, projection, rotation_matrix, &
     followed_by
 
-  !> Cosine between the normal of a face and that of a piece against it from which the piece lies along the face; share
-  !> of the radius of a corner that counts as flat, where it is 3 % of the radius off the face; share of a piece around
-  !> its middle that is looked at, for a point by Gauss at the end of its row is nearer to this than half of what it
-  !> stands for, down to 0.39 of it; share of a piece that is nothing but rounding.
+  !> Cosine between the normal of a face and the reversed one of a piece from which the piece counts as along the face;
+  !> share of the radius of a corner that counts as flat, where it is 3 % of the radius off the face; share of a piece
+  !> around its centre that is considered, since an outermost Gauss point is nearer to the end of its row than half of
+  !> the length that it represents, down to 0.39 of this length; share of a piece that is round-off.
   real(wp), parameter :: least_against = 0.7_wp, flat_share = 0.25_wp, around_middle = 0.75_wp, rounding = 1.0e-6_wp
   integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4, kind_block = 5
 
   type :: rigid_shape_type
     integer :: kind = kind_ball
-    !> Point of a plane and its unit normal, or of the line that a polygon is turned about; centre and radius of a
-    !> ball, or radius of the corners.
+    !> Point of a plane and its unit normal, or of the axis of a revolved polygon; centre and radius of a ball, or
+    !> radius of the corners.
     real(wp) :: place(3) = 0.0_wp, normal(3) = 0.0_wp, radius = 0.0_wp
     !> Corners, counter-clockwise (2,n).
     real(wp), allocatable :: core(:, :)
-    !> Half lengths of the core of a block, and its axes (3, axes); its middle is the place.
+    !> Half lengths of the core of a block, and its axes (3, axes); its centre is the place.
     real(wp) :: half(3) = 0.0_wp, axes(3, 3) = identity
   contains
     procedure :: distance_of, face_under, shifted_by
@@ -56,20 +56,20 @@ module qsmpm_rigid_shape
     real(wp) :: curvature(3, 3) = 0.0_wp
   end type distance_type
 
-  !> The straight face of a polygon that a piece of a surface lies along.
+  !> The straight face of a polygon along which a piece of a surface is.
   type :: face_type
     logical :: found = .false.
-    !> From the face without its ends: no curvature.
+    !> Distance from the face extended beyond its ends: no curvature.
     type(distance_type) :: distance
-    !> How much of the piece lies along the face between its round corners.
+    !> Share of the piece along the face between its round corners.
     real(wp) :: share = 0.0_wp
   end type face_type
 
 contains
 
-  !> All on one side of a plane.
+  !> Returns the half space on one side of a plane.
   pure type(rigid_shape_type) function half_space(place, direction) result(shape)
-    !> A point of the plane, and the direction in which it looks, of any length but none.
+    !> A point of the plane, and its outward direction, of any nonzero length.
     real(wp), intent(in) :: place(3), direction(3)
 
     shape%kind = kind_half_space
@@ -77,7 +77,7 @@ contains
     shape%normal = direction/norm2(direction)
   end function half_space
 
-  !> A circle, or a sphere.
+  !> Returns a circle, or a sphere.
   pure type(rigid_shape_type) function ball(centre, radius) result(shape)
     real(wp), intent(in) :: centre(3), radius
 
@@ -86,7 +86,7 @@ contains
     shape%radius = radius
   end function ball
 
-  !> A polygon with round corners.
+  !> Returns a polygon with round corners.
   pure type(rigid_shape_type) function rounded_polygon(vertices, round) result(shape)
     !> Counter-clockwise (2,n); radius of the corners, below `largest_round`.
     real(wp), intent(in) :: vertices(:, :), round
@@ -96,9 +96,9 @@ contains
     allocate (shape%core, source=drawn_in(vertices, round))
   end function rounded_polygon
 
-  !> A block with round edges and corners.
+  !> Returns a block with round edges and corners.
   pure type(rigid_shape_type) function rounded_block(low, high, rotation, round) result(shape)
-    !> Corners before it is turned about its middle by a rotation (axis times angle, radians).
+    !> Corners before the rotation about its centre (axis times angle, radians).
     real(wp), intent(in) :: low(3), high(3), rotation(3)
     !> Radius, below half of the shortest edge.
     real(wp), intent(in) :: round
@@ -110,11 +110,11 @@ contains
     shape%radius = round
   end function rounded_block
 
-  !> A polygon with round corners turned about a line along y.
+  !> Returns a polygon with round corners revolved about a line along y.
   pure type(rigid_shape_type) function turned_polygon(place, vertices, round) result(shape)
-    !> A point of the line; its height does not count.
+    !> A point of the line; its height has no effect.
     real(wp), intent(in) :: place(3)
-    !> Distance from the line and height, counter-clockwise, with the image beyond the line (2,n).
+    !> Distance from the line and height, counter-clockwise, with the mirror image beyond the line (2,n).
     real(wp), intent(in) :: vertices(:, :)
     !> Radius of the corners, below `largest_round`.
     real(wp), intent(in) :: round
@@ -124,7 +124,7 @@ contains
     shape%place = place
   end function turned_polygon
 
-  !> Corners of a polygon whose edges are moved inwards.
+  !> Returns the corners of a polygon whose edges are offset inwards.
   pure function drawn_in(vertices, round) result(core)
     !> Counter-clockwise (2,n).
     real(wp), intent(in) :: vertices(:, :), round
@@ -147,7 +147,7 @@ contains
     normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
   end function edge_normal
 
-  !> Radius of corners at which the shortest edge of a polygon is used up.
+  !> Radius of corners at which the shortest edge of a polygon vanishes.
   pure real(wp) function largest_round(vertices) result(largest)
     !> Counter-clockwise (2,n).
     real(wp), intent(in) :: vertices(:, :)
@@ -164,7 +164,7 @@ contains
     end do
   end function largest_round
 
-  !> A box.
+  !> Returns a box as a polygon.
   pure function box_polygon(low, high) result(vertices)
     real(wp), intent(in) :: low(2), high(2)
     real(wp) :: vertices(2, 4)
@@ -172,7 +172,7 @@ contains
     vertices = reshape([low, high(1), low(2), high, low(1), high(2)], [2, 4])
   end function box_polygon
 
-  !> A cone with its tip downwards and a shaft above it.
+  !> Returns a cone with its tip downwards and a shaft above it.
   pure function cone_polygon(tip, radius, half_angle, shaft) result(vertices)
     real(wp), intent(in) :: tip(2), radius
     !> Between the axis and the flank, radians; length above the shoulder.
@@ -184,7 +184,8 @@ contains
       shoulder + shaft, tip(1) - radius, shoulder], [2, 5])
   end function cone_polygon
 
-  !> A polygon beside the axis x = 0 and its image as one, where it has an edge on the axis; as it is where it has none.
+  !> Joins a polygon next to the axis x = 0 with its mirror image if it has an edge on the axis; otherwise it is
+  !> unchanged.
   pure function completed_by_image(vertices, tolerance) result(whole)
     !> Counter-clockwise, x not negative (2,n); distance within which a vertex is on the axis.
     real(wp), intent(in) :: vertices(:, :), tolerance
@@ -196,14 +197,14 @@ contains
     whole = vertices
     do i = 1, n
       if (max(abs(vertices(1, i)), abs(vertices(1, modulo(i, n) + 1))) > tolerance) cycle
-      ! From the second end of the edge on the axis round to its first.
+      ! From the second end of the edge on the axis around to its first.
       turned = cshift(vertices, i, dim=2)
       whole = reshape([turned, mirrored(turned(:, n - 1:2:-1))], [2, 2*n - 2])
       return
     end do
   end function completed_by_image
 
-  !> Images at the axis x = 0.
+  !> Mirror images about the axis x = 0.
   pure function mirrored(vertices)
     real(wp), intent(in) :: vertices(:, :)
     real(wp) :: mirrored(2, size(vertices, 2))
@@ -212,7 +213,7 @@ contains
     mirrored(2, :) = vertices(2, :)
   end function mirrored
 
-  !> The shape moved as it is.
+  !> Returns the shape translated.
   pure type(rigid_shape_type) function shifted_by(self, displacement) result(shape)
     class(rigid_shape_type), intent(in) :: self
     !> Three components, the third 0 in the plane.
@@ -221,12 +222,12 @@ contains
     shape = self
     shape%place = self%place + displacement
     if (.not. allocated(self%core)) return
-    ! A turned polygon keeps its distances from the line.
+    ! A revolved polygon keeps its distances from the line.
     if (self%kind /= kind_turned) shape%core(1, :) = self%core(1, :) + displacement(1)
     shape%core(2, :) = self%core(2, :) + displacement(2)
   end function shifted_by
 
-  !> Distance of a place, with its derivatives.
+  !> Returns the distance of a place, with its derivatives.
   pure type(distance_type) function distance_of(self, x) result(distance)
     class(rigid_shape_type), intent(in) :: self
     !> Three coordinates, the third 0 in the plane.
@@ -247,10 +248,10 @@ contains
     end select
   end function distance_of
 
-  !> Distance of a turned polygon.
+  !> Computes the distance of a revolved polygon.
   pure subroutine turned_distance(shape, arm, height, distance)
     class(rigid_shape_type), intent(in) :: shape
-    !> From the point of the line, and the height of the place.
+    !> Position relative to the point of the line, and height of the place.
     real(wp), intent(in) :: arm(3), height
     type(distance_type), intent(inout) :: distance
     type(distance_type) :: section
@@ -263,16 +264,16 @@ contains
     call polygon_distance(shape, [r, height, 0.0_wp], section)
     distance%value = section%value
     distance%normal = matmul(frame, section%normal)
-    ! On the line the ring has the curvature of the section.
+    ! On the line the circumferential curvature equals that of the section.
     section%curvature(3, 3) = section%curvature(1, 1)
     if (r > 0.0_wp) section%curvature(3, 3) = section%normal(1)/r
     distance%curvature = matmul(frame, matmul(section%curvature, transpose(frame)))
   end subroutine turned_distance
 
-  !> Distance of a block: from the nearest point of its core, or from the nearest of its faces.
+  !> Computes the distance of a block: from the nearest point of its core, or from the nearest of its faces.
   pure subroutine block_distance(shape, arm, distance)
     class(rigid_shape_type), intent(in) :: shape
-    !> From the middle, along the axes.
+    !> Position relative to the centre, along the axes.
     real(wp), intent(in) :: arm(3)
     type(distance_type), intent(inout) :: distance
     real(wp) :: beyond(3), normal(3), curvature(3, 3)
@@ -299,13 +300,13 @@ contains
     distance%curvature = matmul(shape%axes, matmul(curvature, transpose(shape%axes)))
   end subroutine block_distance
 
-  !> Face of a polygon that a piece of a surface lies along: of those that look against the piece and overlap it, with
-  !> their corners sharp, within reach, the one that does so the most straightly. None of other shapes.
+  !> Returns the face of a polygon along which a piece of a surface is: among the faces, with sharp corners, that oppose
+  !> the piece, overlap it and are within reach, the most parallel one. Other shapes have none.
   pure type(face_type) function face_under(self, x, outward, length, above, below) result(face)
     class(rigid_shape_type), intent(in) :: self
-    !> Middle of the piece, three coordinates, and its unit normal.
+    !> Centre of the piece, three coordinates, and its unit normal.
     real(wp), intent(in) :: x(3), outward(3)
-    !> Of the piece; how far from a face it may be, outside and inside of the body.
+    !> Length of the piece; largest distance from a face, outside and inside of the body.
     real(wp), intent(in) :: length, above, below
     real(wp) :: a(2), along(2), normal(2), edge, height, place, straightest
     integer :: i, n
@@ -330,7 +331,7 @@ contains
     end do
   end function face_under
 
-  !> Share of a piece of a line, by its middle and length, that lies between two places.
+  !> Share of a piece of a line, given by its centre and length, between two places.
   pure real(wp) function overlap(middle, length, first, last)
     real(wp), intent(in) :: middle, length, first, last
     real(wp) :: half
@@ -340,7 +341,7 @@ contains
     if (overlap < rounding) overlap = 0.0_wp
   end function overlap
 
-  !> Distance of what is round about a point.
+  !> Computes the distance of a sphere or circular arc about a point.
   pure subroutine round_distance(from_centre, radius, distance)
     real(wp), intent(in) :: from_centre(3), radius
     type(distance_type), intent(inout) :: distance
@@ -353,7 +354,7 @@ contains
     distance%curvature = projection(distance%normal)/r
   end subroutine round_distance
 
-  !> What is left of vectors along a surface: 1 - n n'.
+  !> Projection of vectors onto a surface: 1 - n n'.
   pure function projection(normal)
     real(wp), intent(in) :: normal(3)
     real(wp) :: projection(3, 3)
@@ -364,7 +365,7 @@ contains
     end do
   end function projection
 
-  !> Distance of a polygon: from the nearest point of its core.
+  !> Computes the distance of a polygon: from the nearest point of its core.
   pure subroutine polygon_distance(shape, x, distance)
     class(rigid_shape_type), intent(in) :: shape
     real(wp), intent(in) :: x(3)
@@ -400,7 +401,7 @@ contains
     distance%value = merge(-least, least, inside) - shape%radius
   end subroutine polygon_distance
 
-  !> The matrix of a rotation (Rodrigues).
+  !> Returns the matrix of a rotation (Rodrigues).
   pure function rotation_matrix(rotation) result(r)
     real(wp), intent(in) :: rotation(3)
     real(wp) :: r(3, 3), angle, axis(3)
@@ -415,7 +416,7 @@ contains
     end do
   end function rotation_matrix
 
-  !> What a rotation and another behind it come to.
+  !> Returns the rotation equivalent to one followed by another.
   pure function followed_by(first, then) result(rotation)
     real(wp), intent(in) :: first(3), then(3)
     real(wp) :: rotation(3), a(0:3), b(0:3), axis(3), part
@@ -430,7 +431,7 @@ contains
     if (norm2(axis) > 0.0_wp) rotation = 2.0_wp*atan2(norm2(axis), part)*axis/norm2(axis)
   end function followed_by
 
-  !> Unit quaternion of a rotation.
+  !> Returns the unit quaternion of a rotation.
   pure function quaternion(rotation) result(q)
     real(wp), intent(in) :: rotation(3)
     real(wp) :: q(0:3)

@@ -1,9 +1,9 @@
-!> Head of water that flows through the ground, linear on triangles or tetrahedra, and where a place lies in them.
+!> Head field of a seepage flow, linear on triangles or tetrahedra, and location of a place in them.
 !>
 !>   h(x) = sum N_a(x) h_a,   u = gamma_w max(0, up (h - y))
 !>
 !> Heads are heights as coordinates along the vertical y. The cells fill the box of the grid: beyond the ground they
-!> hold the head of the free water there. How heads are found is left to qsmpm_seepage.
+!> have the head of the free water there. Heads are computed by qsmpm_seepage.
 module qsmpm_seepage_field
   use qsmpm_kinds, only: wp
   use qsmpm_spatial_lists, only: box_number, list_by_box
@@ -14,15 +14,15 @@ module qsmpm_seepage_field
   public :: seepage_field_type, index_cells, head_of_flow, gradient_of_flow, cell_of_place, fall_in, find_slopes
 
   type :: seepage_field_type
-    !> (dimension, nodes)
+    !> Coordinates (dimension, nodes).
     real(wp), allocatable :: position(:, :)
-    !> (corners, cells)
+    !> Nodes of the cells (corners, cells).
     integer, allocatable :: corner(:, :)
-    !> (nodes)
+    !> Head (nodes).
     real(wp), allocatable :: head(:)
-    !> Volume of water that passes through a unit area in unit time (dimension, cells).
+    !> Discharge per unit area and time (dimension, cells).
     real(wp), allocatable :: velocity(:, :)
-    !> Boxes of an even grid over the cells, and the cells that reach into each: `found` from `first` on.
+    !> Boxes of a uniform grid over the cells, and the cells that intersect each: `found` from `first` on.
     integer :: boxes(3) = 1
     real(wp), allocatable :: low(:), width(:)
     integer, allocatable :: first(:), found(:)
@@ -30,7 +30,7 @@ module qsmpm_seepage_field
 
 contains
 
-  !> List the cells of each box.
+  !> Lists the cells of each box.
   pure subroutine index_cells(field)
     type(seepage_field_type), intent(inout) :: field
     integer :: from(3, size(field%corner, 2)), to(3, size(field%corner, 2)), c, d
@@ -58,7 +58,7 @@ contains
     end associate
   end function box_at
 
-  !> The cell of a place, that which it lies outside of least where it lies in none, and its shares in it.
+  !> Finds the cell of a place, or if it is in none the one it is least outside of, and its shape functions there.
   pure subroutine cell_of_place(field, place, cell, share)
     type(seepage_field_type), intent(in) :: field
     !> (dimension)
@@ -86,7 +86,7 @@ contains
     share = share/sum(share)
   end subroutine cell_of_place
 
-  !> Shape functions of a cell at a place.
+  !> Computes the shape functions of a cell at a place.
   pure subroutine shares_in(corner, place, share)
     !> (dimension, corners), (dimension)
     real(wp), intent(in) :: corner(:, :), place(:)
@@ -113,7 +113,7 @@ contains
     end if
   end subroutine shares_in
 
-  !> Gradients of the shape functions of a cell times its determinant.
+  !> Computes the gradients of the shape functions of a cell times its determinant.
   pure subroutine find_slopes(corner, slope)
     !> (dimension, corners)
     real(wp), intent(in) :: corner(:, :)
@@ -132,7 +132,7 @@ contains
     end do
   end subroutine find_slopes
 
-  !> Gradient of what corners have, times the determinant of the cell, and that.
+  !> Computes the gradient of corner values times the determinant of the cell, and the determinant.
   pure subroutine fall_in(corner, value, fall, determinant)
     !> (dimension, corners), (corners)
     real(wp), intent(in) :: corner(:, :), value(:)

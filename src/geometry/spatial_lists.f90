@@ -1,5 +1,4 @@
-!> Lists of what lies where: places in the order of a coordinate, and items by the boxes of an even grid that they reach
-!> into.
+!> Spatial lists: places in the order of a coordinate, and items by the boxes of a uniform grid that they intersect.
 module qsmpm_spatial_lists
   use qsmpm_kinds, only: wp
   use qsmpm_sorting, only: list_by_key
@@ -10,7 +9,7 @@ module qsmpm_spatial_lists
 
 contains
 
-  !> Stable order in which numbers rise (merging of ever longer runs).
+  !> Returns the stable increasing order of numbers (bottom-up merge sort).
   pure subroutine order_rising(numbers, order)
     real(wp), intent(in) :: numbers(:)
     integer, intent(out) :: order(:)
@@ -38,7 +37,7 @@ contains
       width = 2*width
     end do
   contains
-    !> Whether the next one is that of the first run.
+    !> Checks whether the next item is that of the first run.
     pure logical function takes_first(first, second)
       integer, intent(in) :: first, second
 
@@ -47,7 +46,7 @@ contains
     end function takes_first
   end subroutine order_rising
 
-  !> Items of each box: item(first(b):first(b + 1) - 1), rising, b the number of the box.
+  !> Lists the items of each box: item(first(b):first(b + 1) - 1), increasing, b the number of the box.
   pure subroutine list_by_box(from, to, boxes, first, item)
     !> First and last box of each item along the axes (3, items); boxes along the axes.
     integer, intent(in) :: from(:, :), to(:, :), boxes(3)

@@ -1,8 +1,9 @@
-!> A pressure on a surface as it varies with height.
+!> Pressure on a surface as a function of height.
 !>
 !>   p = value + gradient (height - y),   0 where that of water is less
 !>
-!> with y the coordinate along the vertical; the gradient is negative where it grows downwards, along gravity.
+!> with y the coordinate along the vertical; a pressure that increases with depth has a negative gradient if y points
+!> along gravity.
 module qsmpm_surface_pressure
   use qsmpm_kinds, only: wp
   implicit none
@@ -11,9 +12,9 @@ module qsmpm_surface_pressure
   public :: surface_pressure_type, pressure_at, reached_pressure, acts
 
   type :: surface_pressure_type
-    !> Pressure at the height, and what it grows by per length against the coordinate.
+    !> Pressure at the height, and its increase per length against the coordinate.
     real(wp) :: value = 0.0_wp, gradient = 0.0_wp, height = 0.0_wp
-    !> There is none above the height; its value there is 0.
+    !> There is no pressure above the height, where its value is 0.
     logical :: of_water = .false.
   end type surface_pressure_type
 
@@ -29,7 +30,7 @@ contains
     pressure_at = pressure%value + pressure%gradient*(pressure%height - y)
   end function pressure_at
 
-  !> The pressure that is reached between two, neither of which is that of water unless they are the same.
+  !> Returns the pressure at a load fraction between two, neither of which is a water pressure unless they are equal.
   elemental type(surface_pressure_type) function reached_pressure(start, final, fraction) result(reached)
     type(surface_pressure_type), intent(in) :: start, final
     !> Load fraction, 0 to 1.
@@ -42,11 +43,11 @@ contains
     reached%gradient = start%gradient + fraction*(final%gradient - start%gradient)
   end function reached_pressure
 
-  !> Whether there is one anywhere.
+  !> Checks whether there is a pressure anywhere.
   elemental logical function acts(pressure)
     type(surface_pressure_type), intent(in) :: pressure
 
-    ! Also a value that is no number.
+    ! Also for a value that is NaN.
     acts = .not. abs(pressure%value) + abs(pressure%gradient) <= 0.0_wp
   end function acts
 end module qsmpm_surface_pressure

@@ -1,7 +1,7 @@
-!> Convex solids as lists of tetrahedra: cutting them by planes, volume, first and second moments.
+!> Convex solids as lists of tetrahedra: cuts by planes, volume, first and second moments.
 !>
-!> A plane cuts a tetrahedron into at most a tetrahedron and a solid with the corners of a wedge, and
-!> that is three tetrahedra again; so any number of cuts stays exact to rounding.
+!> A plane cuts a tetrahedron into at most a tetrahedron and a solid with the corners of a wedge, which is divided into
+!> three tetrahedra; so any number of cuts is exact to round-off.
 module qsmpm_tet_list
   use qsmpm_kinds, only: wp
   implicit none
@@ -12,7 +12,7 @@ module qsmpm_tet_list
   !> Tetrahedra of positive volume; corners(:, :, i), i = 1 ... count.
   type :: tet_list_type
     integer :: count = 0
-    !> (3, 4, room)
+    !> Corners (3, 4, size of allocation).
     real(wp), allocatable :: corners(:, :, :)
   end type tet_list_type
 
@@ -23,7 +23,7 @@ module qsmpm_tet_list
 
 contains
 
-  !> The tetrahedra of a cell by its corners; plane faces are assumed.
+  !> Returns the tetrahedra of a cell given by its corners; plane faces are assumed.
   pure subroutine cell_tets(corners, list)
     !> Corners of a tetrahedron, wedge or brick in the order of the elements (3, 4, 6 or 8).
     real(wp), intent(in) :: corners(:, :)
@@ -45,7 +45,7 @@ contains
     end select
   end subroutine cell_tets
 
-  !> Append a tetrahedron.
+  !> Appends a tetrahedron.
   pure subroutine add_tet(list, corners)
     type(tet_list_type), intent(inout) :: list
     !> Corners in any order (3,4).
@@ -58,12 +58,12 @@ contains
     list%corners(:, :, list%count) = corners
   end subroutine add_tet
 
-  !> Keep what lies on the side of a plane where normal . (x - origin) <= 0.
+  !> Keeps the part on the side of a plane where normal . (x - origin) <= 0.
   pure subroutine cut_tets(list, origin, normal, kept)
     type(tet_list_type), intent(in) :: list
     !> Point of the plane (3); normal of any length (3).
     real(wp), intent(in) :: origin(3), normal(3)
-    !> What is kept.
+    !> The retained part.
     type(tet_list_type), intent(inout) :: kept
     real(wp) :: height(4), x(3, 4)
     integer :: i, k, n, order(4)
@@ -89,13 +89,13 @@ contains
     end do
   end subroutine cut_tets
 
-  !> The kept part of a tetrahedron whose first corners are inside.
+  !> Appends the retained part of a tetrahedron whose first corners are inside.
   pure subroutine cut_one(x, height, inside, kept)
     !> Corners, those inside first (3,4); heights above the plane (4).
     real(wp), intent(in) :: x(3, 4), height(4)
     !> Number of corners inside, 1 to 3.
     integer, intent(in) :: inside
-    !> Gains the part.
+    !> Receives the part.
     type(tet_list_type), intent(inout) :: kept
     real(wp) :: wedge(3, 6)
     integer :: i
@@ -116,7 +116,7 @@ contains
 
   contains
 
-    !> Where an edge meets the plane.
+    !> Intersection of an edge with the plane.
     pure function on_plane(inner, outer) result(place)
       !> Numbers of the corners.
       integer, intent(in) :: inner, outer
@@ -126,17 +126,17 @@ contains
     end function on_plane
   end subroutine cut_one
 
-  !> Add volume and first moment, times a sign; if asked for, the second moments about a place too. A tetrahedron of
+  !> Adds volume and first moment, times a sign; optionally the second moments about a place too. A tetrahedron of
   !> volume V with corners v has the integral V/20 (sum v v' + (sum v)(sum v)').
   pure subroutine add_moments(list, sign, volume, moment, about, second)
     type(tet_list_type), intent(in) :: list
     !> Factor.
     real(wp), intent(in) :: sign
-    !> Gains the volume; gains the integral of the place (3).
+    !> Volume, and integral of the position (3), to which the terms are added.
     real(wp), intent(inout) :: volume, moment(3)
-    !> Where the second moments are taken about (3).
+    !> Reference point of the second moments (3).
     real(wp), intent(in), optional :: about(3)
-    !> Gains the integral of (x - about)(x - about)' (3,3).
+    !> Integral of (x - about)(x - about)' (3,3), to which the terms are added.
     real(wp), intent(inout), optional :: second(3, 3)
     real(wp) :: a(3), b(3), c(3), v(3, 4), part
     integer :: i, k

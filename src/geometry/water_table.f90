@@ -1,11 +1,11 @@
-!> A water level as a line over the horizontal coordinate, and the pressure of water at rest below it.
+!> Water level as a line over the horizontal coordinate, and hydrostatic pressure below it.
 !>
 !>   u = gamma_w max(0, level - y),   -grad u = gamma_w (e_y - level' e_x)      below the level
 !>
-!> where y grows upwards; of a coordinate that grows along gravity both have the other sign.
-!> The line goes on level beyond its ends and is the same all along the third axis. A box that the line passes through
-!> is in the water by the share of its height that lies below the line, so that its force changes evenly when box or
-!> level move. Water that flows has a head at every place in the place of the level, which varies along both axes.
+!> where y grows upwards; for a coordinate that grows along gravity both have the other sign. The line continues
+!> horizontally beyond its ends and is constant along the third axis. A box that the line intersects is submerged by the
+!> share of its height below the line, so that its force changes continuously when box or level move. Flowing water has
+!> a head at every place in place of the level, which varies along both axes.
 module qsmpm_water_table
   use qsmpm_kinds, only: wp
   use qsmpm_seepage_field, only: seepage_field_type, gradient_of_flow, head_of_flow
@@ -17,23 +17,23 @@ module qsmpm_water_table
   !> A water level; none unless it is present.
   type :: water_table_type
     logical :: present = .false.
-    !> It is that of one body and not of all.
+    !> The level belongs to one body and not to all.
     logical :: own = .false.
-    !> Weight of water per volume under unit gravity.
+    !> Unit weight of water under unit gravity.
     real(wp) :: unit_weight = 0.0_wp
-    !> Coordinates along the vertical, and along which the level may vary.
+    !> Coordinate along the vertical, and the one along which the level may vary.
     integer :: axis = 2, across = 1
-    !> Sense of upwards along the vertical: against gravity.
+    !> Sign of upwards along the vertical: against gravity.
     real(wp) :: up = 1.0_wp
     !> Corners of the line: horizontal coordinate, increasing, and height (n).
     real(wp), allocatable :: x(:), height(:)
-    !> Water that flows; there is no line then.
+    !> Head field of flowing water; there is no line then.
     type(seepage_field_type), allocatable :: field
   end type water_table_type
 
 contains
 
-  !> Height of the level at a place as a coordinate, far below all where there is none.
+  !> Height of the level at a place as a coordinate, far below everything if there is none.
   pure real(wp) function level_at(table, position) result(level)
     type(water_table_type), intent(in) :: table
     !> (dimension)
@@ -55,8 +55,8 @@ contains
     if (size(table%x) > i) level = level + share*(table%height(i + 1) - table%height(i))
   end function level_at
 
-  !> How the level rises along the axes: that of a line not along the vertical and in the mean over a box, so that the
-  !> forces of all boxes add up to that of the line, wherever it has its corners.
+  !> Gradient of the level along the axes: for a line zero along the vertical, and averaged over a box, so that the
+  !> forces of all boxes add up to that of the line, wherever its corners are.
   pure function rise_of(table, position, half_width) result(rise)
     type(water_table_type), intent(in) :: table
     !> (dimension)
@@ -92,7 +92,7 @@ contains
     slope = (table%height(i + 1) - table%height(i))/(table%x(i + 1) - table%x(i))
   end function slope_at
 
-  !> Piece of the line at a place, the first or last one beyond its ends; 1 of a line of one corner.
+  !> Segment of the line at a place, the first or last one beyond its ends; 1 for a line with one corner.
   pure integer function piece_at(table, position) result(piece)
     type(water_table_type), intent(in) :: table
     !> (dimension)

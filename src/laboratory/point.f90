@@ -1,6 +1,6 @@
-!> `qsmpm point`: a laboratory test on one material point, from the deck to curves.csv, the echo and job.log, whose
-!> last line is `qsmpm: finished` only when the test did. A step without equilibrium is cut; when cutting does not
-!> help the test ends, and the rows so far stay.
+!> `qsmpm point`: laboratory test on one material point, from the deck to curves.csv, the echo and job.log, whose last
+!> line is `qsmpm: finished` only if the test finished. A step without equilibrium is cut back; if no cut-back converges
+!> the test ends, and the rows so far are kept.
 module qsmpm_point
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -28,19 +28,19 @@ module qsmpm_point
 
   public :: point_request_type, run_point, point_summary, point_law, refuse_point, bench_type, run_stages
 
-  !> What is to be run, and how.
+  !> Input of a run.
   type :: point_request_type
     !> Path of the deck.
     character(len=:), allocatable :: deck
-    !> Directory of the results; empty asks for output/<job>.
+    !> Directory of the results; empty for output/<job>.
     character(len=:), allocatable :: directory
-    !> Compare the law's tangent with differences in every step.
+    !> Compare the tangent of the law with finite differences in every step.
     logical :: tangent = .false.
-    !> What stands at the top of the log.
+    !> Head of the log.
     character(len=:), allocatable :: banner
   end type point_request_type
 
-  !> A test under way.
+  !> Data of a running test.
   type :: bench_type
     class(law_type), allocatable :: law
     type(point_type) :: point
@@ -53,20 +53,20 @@ module qsmpm_point
     logical :: tangent = .false.
   end type bench_type
 
-  !> Smallest part of a step that is tried, and bounds of the share a law may ask for.
+  !> Smallest part of a step that is tried, and bounds of the share that a law may request.
   real(wp), parameter :: smallest_part = 1.0_wp/1024.0_wp, least_share = 0.1_wp, most_share = 0.9_wp
   character(len=*), parameter :: finished_line = 'qsmpm: finished'
 
 contains
 
-  !> Run the test of a deck.
+  !> Runs the test of a deck.
   subroutine run_point(request, text, report, exit_code)
     type(point_request_type), intent(in) :: request
-    !> The log, empty when nothing was run.
+    !> The log, empty if nothing was run.
     character(len=:), allocatable, intent(out) :: text
-    !> Warnings and errors, one a line.
+    !> Warnings and errors, one per line.
     character(len=:), allocatable, intent(out) :: report
-    !> 0 when the test finished; else the code of the error.
+    !> 0 if the test finished; otherwise the code of the error.
     integer, intent(out) :: exit_code
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
@@ -104,22 +104,22 @@ contains
     exit_code = error%code
   end subroutine run_point
 
-  !> A test of one point is no scene.
+  !> Rejects a test of one point where a boundary value problem is required.
   subroutine refuse_point(scene, error)
-    !> What it says.
+    !> Contents of the deck.
     type(analysis_type), intent(in) :: scene
-    !> Set when it is a test of one point.
+    !> Set if it is a test of one point.
     type(error_type), allocatable, intent(out) :: error
 
     if (scene%point_test%given) call fail(error, error_deck, scene%deck// &
       ': the deck is a test of one point: `qsmpm point` runs it')
   end subroutine refuse_point
 
-  !> The law of the material that is tested.
+  !> Returns the law of the tested material.
   subroutine point_law(analysis, law, error)
     type(analysis_type), intent(in) :: analysis
     class(law_type), allocatable, intent(out) :: law
-    !> Set when a parameter is out of its range.
+    !> Set if a parameter is out of its range.
     type(error_type), allocatable, intent(out) :: error
     integer :: m
 
@@ -132,7 +132,7 @@ contains
     end do
   end subroutine point_law
 
-  !> What will be tested, in a few lines.
+  !> Returns a short summary of the test.
   pure function point_summary(analysis) result(text)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: text
@@ -150,16 +150,16 @@ contains
     end associate
   end function point_summary
 
-  !> Run the test and write into a folder where no other one does.
+  !> Runs the test and writes into a directory locked against other runs.
   subroutine run_locked(analysis, directory, clock, bench, error)
     type(analysis_type), intent(in) :: analysis
     !> Directory of the results.
     character(len=*), intent(in) :: directory
     !> Started with the program.
     type(clock_type), intent(in) :: clock
-    !> The test; its log grows.
+    !> The test; its log is extended.
     type(bench_type), intent(inout) :: bench
-    !> Set when the test did not finish or could not be written.
+    !> Set if the test did not finish or could not be written.
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: trouble
     character(len=:), allocatable :: echo
@@ -183,10 +183,10 @@ contains
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_locked
 
-  !> Take away what a former test left: a test that breaks off must not look finished.
+  !> Removes the results of an earlier test, so that an interrupted test does not look finished.
   subroutine remove_earlier_test(directory, error)
     character(len=*), intent(in) :: directory
-    !> Set when a file cannot be removed.
+    !> Set if a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: results(3) = [character(len=11) :: 'job.log', 'curves.csv', timing_file]
     integer :: i
@@ -198,11 +198,11 @@ contains
     end do
   end subroutine remove_earlier_test
 
-  !> All stages.
+  !> Runs all stages.
   subroutine run_stages(analysis, bench, error)
     type(analysis_type), intent(in) :: analysis
     type(bench_type), intent(inout) :: bench
-    !> Set when there is no equilibrium.
+    !> Set if there is no equilibrium.
     type(error_type), allocatable, intent(out) :: error
     type(point_row_type) :: row
     integer :: i, k
@@ -230,8 +230,7 @@ contains
     end associate
   end subroutine run_stages
 
-  !> Width of a sample: that of the band in which softening was measured, so that a test gives back what was
-  !> measured.
+  !> Width of a sample: that of the band in which softening was measured, so that a test reproduces the measurement.
   pure real(wp) function measured_width(analysis)
     type(analysis_type), intent(in) :: analysis
     integer :: m
@@ -242,15 +241,15 @@ contains
     if (analysis%materials(m)%softening%length > 0.0_wp) measured_width = analysis%materials(m)%softening%length
   end function measured_width
 
-  !> The steps to one row of targets.
+  !> Runs the steps to one row of targets.
   subroutine run_targets(analysis, number, bench, row, error)
     type(analysis_type), intent(in) :: analysis
     !> Number of the targets in their stage.
     integer, intent(in) :: number
     type(bench_type), intent(inout) :: bench
-    !> The row of the step before.
+    !> Row of the previous step.
     type(point_row_type), intent(inout) :: row
-    !> Set when there is no equilibrium.
+    !> Set if there is no equilibrium.
     type(error_type), allocatable, intent(out) :: error
     integer :: k
     real(wp) :: rows
@@ -273,15 +272,15 @@ contains
     end associate
   end subroutine run_targets
 
-  !> One step, in parts where it has no equilibrium.
+  !> Runs one step, in parts where it has no equilibrium.
   subroutine run_step(test, number, step, bench, row, error)
     type(point_test_type), intent(in) :: test
     !> Number of the targets in their stage, and of the step to them.
     integer, intent(in) :: number, step
     type(bench_type), intent(inout) :: bench
-    !> Gains corrections and parts.
+    !> Its corrections and parts are increased.
     type(point_row_type), intent(inout) :: row
-    !> Set when there is no equilibrium.
+    !> Set if there is no equilibrium.
     type(error_type), allocatable, intent(out) :: error
     type(control_type) :: controls(size(bench%ramps))
     type(step_info_type) :: step_info
@@ -317,14 +316,14 @@ contains
     end do
   end subroutine run_step
 
-  !> Start and length of a part of a step to a row of a table with times, as shares of the stage.
+  !> Sets start and duration of a part of a step to a row of a table with times, relative to the stage.
   pure subroutine take_times(stage, number, step, done, part, step_info)
     type(point_stage_type), intent(in) :: stage
     !> Number of the row, and of the step to it.
     integer, intent(in) :: number, step
-    !> Share of the step that is done, and that is to be done.
+    !> Completed share of the step, and share of the part.
     real(wp), intent(in) :: done, part
-    !> When the part takes place.
+    !> Times of the part.
     type(step_info_type), intent(inout) :: step_info
     real(wp) :: before, length
 
@@ -337,17 +336,17 @@ contains
 
   !> Share of a part that is tried next.
   pure real(wp) function smaller(share)
-    !> What the law asks for; 0 when it does not.
+    !> Share requested by the law; 0 if none.
     real(wp), intent(in) :: share
 
     smaller = 0.5_wp
     if (share > 0.0_wp) smaller = min(max(share, least_share), most_share)
   end function smaller
 
-  !> Put a line into the table.
+  !> Appends a line to the table.
   pure subroutine put(bench, line)
     type(bench_type), intent(inout) :: bench
-    !> The line, without its end.
+    !> The line, without its newline.
     character(len=*), intent(in) :: line
     character(len=:), allocatable :: longer
 

@@ -1,8 +1,8 @@
-!> `curves.csv` of a point: one row a step, first line `name [unit]`, the first four columns as in every run.
+!> `curves.csv` of a point: one row per step, first line `name [unit]`, the first four columns as in every run.
 !>
-!> Strains of the laboratory count compression positive and have the measure of the test; p is the mean pressure, q
-!> von Mises' stress, the deviator axial less lateral stress. Components are those of tensors, tension positive: the
-!> deformation gradient, the logarithmic strain ln V (engineering shear) and the Cauchy stress.
+!> Laboratory strains are positive in compression and use the strain measure of the test; p is the mean pressure, q the
+!> von Mises stress, the deviator the axial minus the lateral stress. Components are those of tensors, positive in
+!> tension: the deformation gradient, the logarithmic strain ln V (engineering shear) and the Cauchy stress.
 module qsmpm_point_curves
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: tensor_logarithm
@@ -19,30 +19,30 @@ module qsmpm_point_curves
   character(len=1), parameter :: digit(3) = ['1', '2', '3']
   character(len=2), parameter :: pairs(6) = ['11', '22', '33', '12', '13', '23']
 
-  !> How a step went.
+  !> Results of a step.
   type :: point_row_type
     integer :: stage = 1
     integer :: step = 0
-    !> Increments of the stage so far: steps, and parts of those that were cut.
+    !> Increments of the stage so far: steps, and parts of those that were cut back.
     integer :: increments = 0
     !> Share of the stage, or number of the row of its table.
     real(wp) :: load_factor = 0.0_wp
     !> Time at the end of the step.
     real(wp) :: time = 0.0_wp
     integer :: iterations = 0
-    !> Parts the step was cut into.
+    !> Number of parts into which the step was cut.
     integer :: parts = 1
-    !> Error of the tangent, negative where it was not made.
+    !> Error of the tangent, negative if not computed.
     real(wp) :: tangent_error = -1.0_wp
   end type point_row_type
 
-  !> What a laboratory records.
+  !> Laboratory quantities.
   type :: laboratory_type
     real(wp) :: axial_strain = 0.0_wp
     real(wp) :: lateral_strain = 0.0_wp
     real(wp) :: volumetric_strain = 0.0_wp
     real(wp) :: shear_strain = 0.0_wp
-    !> Of ln V: sqrt(2/3 e:e) of its deviator.
+    !> Deviatoric strain of ln V: sqrt(2/3 e:e) with its deviator e.
     real(wp) :: deviatoric_strain = 0.0_wp
     real(wp) :: p = 0.0_wp
     real(wp) :: q = 0.0_wp
@@ -53,13 +53,13 @@ module qsmpm_point_curves
 
 contains
 
-  !> The first line, without its end.
+  !> Returns the first line, without its newline.
   pure function point_header(test, stress_unit, law, with_tangent) result(text)
     type(point_test_type), intent(in) :: test
     character(len=*), intent(in) :: stress_unit
-    !> The law, whose state variables that have names are written.
+    !> The law, whose named state variables are written.
     class(law_type), intent(in) :: law
-    !> There is a column of the tangent.
+    !> There is a column for the error of the tangent.
     logical, intent(in) :: with_tangent
     character(len=:), allocatable :: text
     integer :: i
@@ -83,7 +83,7 @@ contains
     end do
   end function point_header
 
-  !> Whether a state variable is one of the results: it has a name.
+  !> Checks whether a state variable is an output, that is, has a name.
   pure logical function is_named(law, i)
     class(law_type), intent(in) :: law
     !> Number of the variable.
@@ -93,13 +93,13 @@ contains
     if (allocated(law%state_names)) is_named = len(law%state_names(i)%text) > 0
   end function is_named
 
-  !> A row, without its end.
+  !> Returns a row, without its newline.
   pure function point_row(test, law, point, row, with_tangent) result(text)
     type(point_test_type), intent(in) :: test
     class(law_type), intent(in) :: law
     type(point_type), intent(in) :: point
     type(point_row_type), intent(in) :: row
-    !> There is a column of the tangent.
+    !> There is a column for the error of the tangent.
     logical, intent(in) :: with_tangent
     character(len=:), allocatable :: text
     type(laboratory_type) :: values
@@ -123,7 +123,7 @@ contains
     end do
   end function point_row
 
-  !> What a laboratory would record of the point.
+  !> Returns the laboratory quantities of the point.
   pure type(laboratory_type) function laboratory_values(test, point) result(values)
     type(point_test_type), intent(in) :: test
     type(point_type), intent(in) :: point
@@ -149,7 +149,7 @@ contains
     end associate
   end function laboratory_values
 
-  !> A compression in the measure of the test.
+  !> Returns a compressive strain in the measure of the test.
   pure real(wp) function compression(test, ratio)
     type(point_test_type), intent(in) :: test
     !> Ratio of lengths or volumes.
@@ -159,7 +159,7 @@ contains
     if (test%strain == strain_logarithmic) compression = -log(ratio)
   end function compression
 
-  !> A symmetric tensor contracted with itself.
+  !> Contracts a symmetric tensor with itself.
   pure real(wp) function square(tensor)
     !> Components (4 or 6).
     real(wp), intent(in) :: tensor(:)
@@ -167,8 +167,8 @@ contains
     square = sum(tensor(:3)**2) + 2.0_wp*sum(tensor(4:)**2)
   end function square
 
-  !> Numbers that read back to the same bits, each behind a comma. All digits are written: to look for the fewest
-  !> takes longer than the whole test.
+  !> Returns numbers that read back to the same bits, each after a comma. All digits are written, as the search for the
+  !> shortest form takes longer than the whole test.
   pure function numbers(values) result(text)
     !> The numbers.
     real(wp), intent(in) :: values(:)

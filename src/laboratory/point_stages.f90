@@ -1,9 +1,9 @@
-!> From a test of the laboratory to controls of a point: what is held, what is prescribed, and how it goes from its
-!> value at the start of a stage to its target.
+!> Conversion of a laboratory test into controls of a point: what is fixed, what is prescribed, and the path of each
+!> control from its value at the start of a stage to its target.
 !>
-!> Every test has as many controls as the gradient has components. Those of shear hold the gradient's components (no
-!> rotation about y); what a stage does not name keeps the value it has. Signs of the laboratory become those of
-!> tensors here, strains become ratios of lengths (1 + e, or exp(e) for logarithmic ones, which go evenly in e).
+!> Every test has as many controls as the gradient has components. Those of shear fix the components of the gradient (no
+!> rotation about y); quantities that a stage does not name keep their values. Signs of the laboratory are converted to
+!> those of tensors, strains to ratios of lengths (1 + e, or exp(e) for logarithmic ones, which are linear in e).
 module qsmpm_point_stages
   use qsmpm_kinds, only: wp
   use qsmpm_point_driver, only: point_type, control_type, control_value, control_gradient, control_volume, &
@@ -18,10 +18,10 @@ module qsmpm_point_stages
 
   public :: ramp_type, begin_ramps, aim_ramps, set_controls
 
-  !> A control on its way.
+  !> A control with its path.
   type :: ramp_type
     type(control_type) :: control
-    !> Values at the start and the end, of the logarithm where the way is even in that.
+    !> Values at the start and the end, of the logarithm if the path is linear in that.
     real(wp) :: from = 0.0_wp
     real(wp) :: to = 0.0_wp
     logical :: logarithmic = .false.
@@ -29,10 +29,10 @@ module qsmpm_point_stages
 
 contains
 
-  !> Controls of a test before its first stage: what it holds.
+  !> Initialises the controls of a test before its first stage.
   pure subroutine begin_ramps(test, ramps)
     type(point_test_type), intent(in) :: test
-    !> One a component (5 or 9).
+    !> One per component (5 or 9).
     type(ramp_type), allocatable, intent(out) :: ramps(:)
     integer :: i, n
 
@@ -59,7 +59,7 @@ contains
     end associate
   end subroutine begin_ramps
 
-  !> Place of a component.
+  !> Number of a component.
   pure integer function component(test, row, column)
     type(point_test_type), intent(in) :: test
     !> Row and column.
@@ -68,7 +68,7 @@ contains
     component = gradient_index(row, column, test%dimension)
   end function component
 
-  !> Make a control that of the deviator: lateral less axial stress, tension positive.
+  !> Converts a control into that of the deviator: lateral minus axial stress, positive in tension.
   pure subroutine weigh_deviator(test, control)
     type(point_test_type), intent(in) :: test
     type(control_type), intent(inout) :: control
@@ -82,10 +82,10 @@ contains
     control%weight(component(test, 3, 3)) = 0.5_wp
   end subroutine weigh_deviator
 
-  !> Aim the controls at the targets of a stage.
+  !> Sets the controls to the targets of a stage.
   subroutine aim_ramps(test, driven_components, targets, point, ramps)
     type(point_test_type), intent(in) :: test
-    !> Quantities prescribed and their values at the end.
+    !> Prescribed quantities and their values at the end.
     integer, intent(in) :: driven_components(:)
     real(wp), intent(in) :: targets(:)
     !> The point at the start of the stage.
@@ -96,7 +96,8 @@ contains
     integer :: i
 
     prescribed = .false.
-    ! An axial quantity of the stage before is let go: the deviator is kept, unless the stage names another.
+    ! The axial quantity of the previous stage is released: the deviator is kept, unless the stage names another
+    ! quantity.
     if (any(test%kind == [test_drained, test_biaxial]) .and. all(driven_components == driven_cell_pressure)) &
       call weigh_deviator(test, ramps(component(test, 2, 2))%control)
     do i = 1, size(driven_components)
@@ -112,7 +113,7 @@ contains
     end do
   end subroutine aim_ramps
 
-  !> Aim the controls that a quantity leads.
+  !> Sets the controls of a quantity.
   subroutine prescribe_ramps(test, driven, target, ramps, prescribed)
     type(point_test_type), intent(in) :: test
     !> The quantity.
@@ -120,7 +121,7 @@ contains
     !> Its value at the end.
     real(wp), intent(in) :: target
     type(ramp_type), intent(inout) :: ramps(:)
-    !> Which of them are prescribed.
+    !> Marks prescribed controls.
     logical, intent(inout) :: prescribed(:)
     integer :: i
 
@@ -159,14 +160,14 @@ contains
 
   contains
 
-    !> Lead one component.
+    !> Sets the control of one component.
     subroutine lead(row, column, kind, value, strain)
       integer, intent(in) :: row, column
       !> Kind of the control.
       integer, intent(in) :: kind
-      !> Its value at the end, tension positive.
+      !> Its value at the end, positive in tension.
       real(wp), intent(in) :: value
-      !> The value is a strain of the test's measure, and the control a ratio of lengths or volumes.
+      !> The value is a strain in the measure of the test, and the control a ratio of lengths or volumes.
       logical, intent(in) :: strain
       integer :: k
 
@@ -181,7 +182,7 @@ contains
     end subroutine lead
   end subroutine prescribe_ramps
 
-  !> Keep the difference of a length from the first one.
+  !> Fixes the difference between a length and the first one.
   pure subroutine keep_difference(own, first, ramp)
     !> Numbers of the component and of that of the first axis.
     integer, intent(in) :: own, first
@@ -193,13 +194,13 @@ contains
     ramp%control%weight(first) = -1.0_wp
   end subroutine keep_difference
 
-  !> Values of the controls at a share of the stage.
+  !> Returns the values of the controls at a share of the stage.
   pure subroutine set_controls(ramps, share, controls)
-    !> The controls on their way.
+    !> The controls with their paths.
     type(ramp_type), intent(in) :: ramps(:)
     !> 0 to 1.
     real(wp), intent(in) :: share
-    !> What leads the step to there.
+    !> Controls of the step to this share.
     type(control_type), intent(out) :: controls(:)
     integer :: i
 

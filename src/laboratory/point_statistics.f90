@@ -1,4 +1,4 @@
-!> What the steps of a point came to, in sentences: how a stage ended, and how good the law's tangent is.
+!> Statistics of the steps of a point as text: the state at the end of a stage, and the accuracy of the tangent.
 module qsmpm_point_statistics
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type
@@ -13,25 +13,26 @@ module qsmpm_point_statistics
 
   public :: point_statistics_type, take_tangent, tangent_text, state_text
 
-  !> The share of the tangent that may change between elastic steps.
+  !> Relative change of the tangent allowed between elastic steps.
   real(wp), parameter :: same_tangent = 5.0e-2_wp
 
-  !> The tangents so far: of elastic steps (1), of those that yield (2), and of a law that does not tell which (3).
+  !> Tangents compared so far: of elastic steps (1), of yielding ones (2), and of a law that does not report yielding
+  !> (3).
   type :: point_statistics_type
     integer :: steps = 0
     integer :: iterations = 0
     integer :: compared(3) = 0
     real(wp) :: worst(3) = 0.0_wp
     integer :: worst_step(3) = 0
-    !> Tangent of the last elastic step, of the first step where the law does not tell (5,5) or (9,9), and the least
-    !> distance of one that yields from it.
+    !> Tangent of the last elastic step, or of the first step if the law does not report yielding (5,5) or (9,9), and
+    !> the smallest distance of the tangent of a yielding step from it.
     real(wp), allocatable :: elastic(:, :)
     real(wp) :: from_elastic = huge(1.0_wp)
   end type point_statistics_type
 
 contains
 
-  !> Check the tangent of a step.
+  !> Checks the tangent of a step.
   subroutine take_tangent(statistics, law, batch, step, error)
     type(point_statistics_type), intent(inout) :: statistics
     class(law_type), intent(in) :: law
@@ -39,7 +40,7 @@ contains
     type(batch_type), intent(in) :: batch
     !> Number of the step.
     integer, intent(in) :: step
-    !> Error of the tangent, negative where it cannot be measured.
+    !> Error of the tangent, negative if it cannot be measured.
     real(wp), intent(out) :: error
     type(tangent_check_type) :: check
     integer :: kind
@@ -66,7 +67,7 @@ contains
     end associate
   end subroutine take_tangent
 
-  !> What the tangents are worth.
+  !> Returns the assessment of the tangents.
   pure function tangent_text(statistics) result(text)
     type(point_statistics_type), intent(in) :: statistics
     character(len=:), allocatable :: text
@@ -91,7 +92,7 @@ contains
     text = 'tangent: largest error '//text//': '//check(statistics)
   end function tangent_text
 
-  !> Whether Newton's method may trust the tangents.
+  !> Returns whether the tangents are consistent, as required by Newton's method.
   pure function check(statistics) result(text)
     type(point_statistics_type), intent(in) :: statistics
     character(len=:), allocatable :: text
@@ -111,7 +112,7 @@ contains
     end if
   end function check
 
-  !> The state of the point in a few figures.
+  !> Returns the state of the point in a few figures.
   pure function state_text(test, point) result(text)
     type(point_test_type), intent(in) :: test
     type(point_type), intent(in) :: point

@@ -1,10 +1,10 @@
-!> A scene that is examined for a reduction: with what the proofs ask of it again and again, and the first reason that
-!> one of them has found against it.
+!> Scene that is examined for a reduction: the analysis with the tables that the checks use repeatedly, and the first
+!> reason found against the reduction.
 !>
-!> Which lines of the grid belong to which node sets, and what the phases do to a node by that. A set chosen by a plane
-!> or a box is a product of intervals, so three tables say for every node of the grid whether it is in the set. Nodes
-!> with the same entries are treated alike; representatives of them are enough to prove something of all nodes. Middle
-!> nodes of quadratic elements are lines half way.
+!> The tables state which lines of the grid belong to which node sets, and so how the phases constrain a node. A set
+!> chosen by a plane or a box is a product of intervals, so that three tables determine for every node of the grid
+!> whether it is in the set. Nodes with the same entries are treated alike; checks on representatives of them hold for
+!> all nodes. Mid-side nodes of quadratic elements are at lines half way.
 module qsmpm_examined_scene
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, three_dimensional
@@ -24,7 +24,7 @@ module qsmpm_examined_scene
     find_members, contains_node, covers_axis, representatives, node_state, scene_tolerance, keep_supports, &
     drop_unused_sets
 
-  !> Lengths closer than this share of the size of the grid are the same, as for the sets of the mesh.
+  !> Lengths that differ by less than this share of the size of the grid are equal, as for the sets of the mesh.
   real(wp), parameter :: closeness = 1.0e-8_wp
 
   !> Entries along one axis.
@@ -36,7 +36,7 @@ module qsmpm_examined_scene
   !> Entries of all sets.
   type :: members_type
     integer :: dimension = 0
-    !> Places along each axis: lines, and lines half way for quadratic elements; 1 beyond the dimension.
+    !> Places along each axis: lines, and for quadratic elements lines half way; 1 beyond the dimension.
     type(axis_type) :: places(3)
     integer :: count(3) = 1
     type(member_table_type) :: axis(3)
@@ -46,19 +46,19 @@ module qsmpm_examined_scene
   character(len=1), parameter, public :: letters(3) = ['x', 'y', 'z']
 
   type, extends(analysis_type) :: examined_type
-    !> Axis that is to be left out, halved or cut to one cell; 0 where it is to be turned.
+    !> Axis that is omitted, halved or reduced to one cell; 0 for a figure of revolution.
     integer :: axis = 0
-    !> Of a grid: which lines are in which node sets, the length that is none, and where the plane half way between its
-    !> sides across the axis lies.
+    !> For a grid: which lines are in which node sets, the tolerance of lengths, and the coordinate of the plane half
+    !> way between its sides across the axis.
     type(members_type) :: members
     real(wp) :: nothing = 0.0_wp, plane = 0.0_wp
-    !> Why it is not possible; unallocated as long as nothing speaks against it.
+    !> Why the reduction is not possible; unallocated as long as there is no reason against it.
     character(len=:), allocatable :: reason
   end type examined_type
 
 contains
 
-  !> Distance below which places count as the same.
+  !> Returns the distance below which places are equal.
   pure real(wp) function scene_tolerance(analysis) result(tolerance)
     !> The scene; its mesh is a grid.
     class(analysis_type), intent(in) :: analysis
@@ -72,7 +72,7 @@ contains
     end do
   end function scene_tolerance
 
-  !> Make the tables of a scene.
+  !> Builds the tables of a scene.
   pure subroutine find_members(analysis, members)
     !> The scene; its mesh is a grid.
     class(analysis_type), intent(in) :: analysis
@@ -99,7 +99,7 @@ contains
     end do
   end subroutine find_members
 
-  !> The lines, and for quadratic elements those half way.
+  !> Returns the lines, and for quadratic elements also those half way.
   pure subroutine places_along(lines, element, places)
     !> Grid lines.
     real(wp), intent(in) :: lines(:)
@@ -122,11 +122,11 @@ contains
     end if
   end subroutine places_along
 
-  !> Whether a coordinate is within the limits of a set along an axis. A list of labels has none.
+  !> Checks whether a coordinate is within the limits of a set along an axis. A list of labels has none.
   pure logical function in_set(set, axis, x, tolerance)
     type(set_type), intent(in) :: set
     integer, intent(in) :: axis
-    !> The coordinate, and the distance that is none.
+    !> The coordinate, and the tolerance of distances.
     real(wp), intent(in) :: x, tolerance
 
     select case (set%selection)
@@ -139,7 +139,7 @@ contains
     end select
   end function in_set
 
-  !> Whether a set holds a node.
+  !> Checks whether a set contains a node.
   pure logical function contains_node(members, set, node)
     type(members_type), intent(in) :: members
     !> Number of the set; place of the node along each axis (3).
@@ -149,7 +149,7 @@ contains
       .and. members%axis(3)%holds(node(3), set)
   end function contains_node
 
-  !> Whether a set does not depend on an axis.
+  !> Checks whether a set is independent of an axis.
   pure logical function covers_axis(members, set, axis)
     type(members_type), intent(in) :: members
     !> Number of the set, and the axis.
@@ -158,12 +158,12 @@ contains
     covers_axis = all(members%axis(axis)%holds(:, set))
   end function covers_axis
 
-  !> Places along an axis, one of each kind; the first and the last are kinds of their own. With
-  !> `mirrored` the entries of the place on the other side make the kind too.
+  !> Returns places along an axis, one of each kind; the first and the last are separate kinds. With `mirrored` the
+  !> entries of the opposite place define the kind too.
   pure subroutine representatives(members, axis, mirrored, list)
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
-    !> Look at both sides.
+    !> Compare both sides.
     logical, intent(in) :: mirrored
     !> Places found.
     integer, allocatable, intent(out) :: list(:)
@@ -189,13 +189,13 @@ contains
     allocate (list(found), source=some(:found))
   end subroutine representatives
 
-  !> What holds a node in a phase: components, and the displacement prescribed over the phase.
+  !> Returns the constraints of a node in a phase: fixed components, and the displacement prescribed over the phase.
   pure subroutine node_state(analysis, members, node, phase, fixed, value)
     class(analysis_type), intent(in) :: analysis
     type(members_type), intent(in) :: members
     !> Place of the node along each axis (3); number of the phase.
     integer, intent(in) :: node(3), phase
-    !> Held components (3).
+    !> Fixed components (3).
     logical, intent(out) :: fixed(3)
     !> Prescribed displacement (3).
     real(wp), intent(out) :: value(3)
@@ -222,7 +222,7 @@ contains
     end do
   end subroutine node_state
 
-  !> Whether anything refers to a node set.
+  !> Checks whether anything refers to a node set.
   pure logical function set_is_used(analysis, name) result(used)
     class(analysis_type), intent(in) :: analysis
     !> Name of the set.
@@ -242,13 +242,13 @@ contains
     end do
   end function set_is_used
 
-  !> Of the supports of all phases those of some sets stay, and planes are held along their normal in all of them.
+  !> Keeps the constraints of some sets in all phases, and fixes planes along their normal in all of them.
   pure subroutine keep_supports(analysis, stays, axis, places, names)
-    !> The scene; it gets sets of the planes.
+    !> The scene; sets of the planes are added to it.
     class(analysis_type), intent(inout) :: analysis
-    !> What holds or moves these stays (node sets).
+    !> Constraints of this set are kept (node sets).
     logical, intent(in) :: stays(:)
-    !> Normal of the planes, their coordinates and names, which no deck can write without quotes.
+    !> Normal of the planes, their coordinates and names, which a deck cannot define without quotes.
     integer, intent(in) :: axis
     real(wp), intent(in) :: places(:)
     character(len=*), intent(in) :: names(:)
@@ -282,7 +282,7 @@ contains
     end do
   end subroutine keep_supports
 
-  !> Leave out the node sets nothing refers to, and all element sets.
+  !> Removes the node sets to which nothing refers, and all element sets.
   pure subroutine drop_unused_sets(analysis)
     class(analysis_type), intent(inout) :: analysis
     integer :: s
@@ -293,7 +293,7 @@ contains
     allocate (analysis%element_sets(0))
   end subroutine drop_unused_sets
 
-  !> Begin to examine a scene.
+  !> Initialises the examination of a scene.
   pure subroutine examine(scene, axis)
     type(examined_type), intent(inout) :: scene
     integer, intent(in) :: axis
@@ -309,7 +309,7 @@ contains
     end associate
   end subroutine examine
 
-  !> Note why a reduction is not possible; the first reason stays.
+  !> Notes why a reduction is not possible; the first reason is kept.
   pure subroutine refuse(scene, text)
     type(examined_type), intent(inout) :: scene
     character(len=*), intent(in) :: text
@@ -317,7 +317,7 @@ contains
     if (.not. allocated(scene%reason)) scene%reason = text
   end subroutine refuse
 
-  !> A mesh that is no grid of equal cells along its axes is not reduced.
+  !> Rejects a mesh that is not a grid of equal cells along its axes.
   pure subroutine refuse_mesh(scene)
     type(examined_type), intent(inout) :: scene
 
@@ -328,7 +328,7 @@ contains
     end if
   end subroutine refuse_mesh
 
-  !> Histories of bodies and supported surfaces are sums or extremes over all of the scene.
+  !> Rejects histories of bodies and supported surfaces, which are sums or extremes over the whole scene.
   pure subroutine require_local_histories(scene)
     type(examined_type), intent(inout) :: scene
     integer :: i
@@ -343,7 +343,7 @@ contains
     end do
   end subroutine require_local_histories
 
-  !> A card by its keyword, the name of what it makes or acts on, and its place.
+  !> Describes a card by its keyword, the name of what it defines or acts on, and its position.
   pure function card(keyword, name, where) result(text)
     character(len=*), intent(in) :: keyword, name
     type(source_line_type), intent(in) :: where
@@ -352,9 +352,9 @@ contains
     text = keyword//" '"//name//"'"//place_text(where)
   end function card
 
-  !> The place of a card in the deck in brackets, empty when it is not known.
+  !> Returns the position of a card in the deck in brackets, empty if unknown.
   pure function place_text(where) result(text)
-    !> Where it was written.
+    !> Position in the deck.
     type(source_line_type), intent(in) :: where
     character(len=:), allocatable :: text
 

@@ -1,8 +1,8 @@
-!> From the material points of the model to those of the scene: replicated through the thickness,
-!> repeated from column to column, mirrored, turned about an axis.
+!> Expansion of the material points of the model to those of the scene: replicated through the thickness, repeated from
+!> column to column, mirrored, or rotated about an axis.
 !>
-!> The steps of the expansion are undone from the last to the first. What happens to a field of a point is said by its
-!> kind (qsmpm_field_list): what a picture shows, not what a run continues from.
+!> The steps of the expansion are undone from the last to the first. The transformation of a field of a point depends on
+!> its kind (qsmpm_field_list): fields of the output, not those from which a run is continued.
 module qsmpm_images
   use qsmpm_kinds, only: wp
   use qsmpm_mesh_description, only: axis_type
@@ -19,19 +19,19 @@ module qsmpm_images
 
   !> Points of the scene.
   type :: image_list_type
-    !> Vectors with three components, tensors with six; their cell is its number in the whole grid.
+    !> Vectors with three components, tensors with six; cell numbers refer to the whole grid.
     type(points_type) :: points
-    !> Point of the model that each is an image of.
+    !> Point of the model of which each is an image.
     integer, allocatable :: origin(:)
-    !> Signs of the components of its vectors against those of the origin (3, count).
+    !> Signs of the components of its vectors relative to those of the origin (3, count).
     real(wp), allocatable :: sign(:, :)
   end type image_list_type
 
 contains
 
-  !> All points of the scene.
+  !> Generates all points of the scene.
   subroutine make_images(expansion, points, cells, images)
-    !> The way back.
+    !> Expansion of the model.
     type(expansion_type), intent(in) :: expansion
     !> Points of the model, and the numbers of their cells in the whole grid (points).
     type(points_type), intent(in) :: points
@@ -57,7 +57,7 @@ contains
     end do
   end subroutine make_images
 
-  !> The points of the model with all components.
+  !> Returns the points of the model with all components.
   subroutine first_images(points, cells, images)
     !> Points of the model, and the numbers of their cells in the whole grid (points).
     type(points_type), intent(in), target :: points
@@ -80,7 +80,7 @@ contains
     images%sign = 1.0_wp
   end subroutine first_images
 
-  !> Room for a list of points with the fields that others have.
+  !> Allocates a list of points with the fields of another list.
   subroutine allocate_images(like, count, images)
     type(points_type), intent(in) :: like
     !> Number of points.
@@ -92,10 +92,11 @@ contains
     allocate (images%origin(count), images%sign(3, count))
   end subroutine allocate_images
 
-  !> Points of a list once or more often, each with a share of what it has.
+  !> Replicates points of a list once or several times, each with a share of its extensive quantities.
   subroutine replicate(from, source, share, cells, to)
     type(image_list_type), intent(in), target :: from
-    !> Point that each is an image of, and its volume over that of the point; a thickness makes a volume of an area (n).
+    !> Point of which each is an image, and its volume relative to that of the point; a thickness converts an area into
+    !> a volume (n).
     integer, intent(in) :: source(:)
     real(wp), intent(in) :: share(:)
     !> Cells of the images (n).
@@ -123,7 +124,7 @@ contains
     to%sign = from%sign(:, source)
   end subroutine replicate
 
-  !> Move images along an axis: x <- shift + ratio*(x - from) of every position.
+  !> Maps images along an axis: x <- shift + ratio*(x - from) of every position.
   subroutine map_coordinate(images, axis, from, shift, ratio)
     type(image_list_type), intent(inout), target :: images
     integer, intent(in) :: axis
@@ -142,9 +143,9 @@ contains
     end do
   end subroutine map_coordinate
 
-  !> Place of a cell in its grid: piece of the brick, then brick along each axis, all from 0.
+  !> Position of a cell in its grid: part of the brick, then brick along each axis, all from 0.
   pure function cell_place(cell, pieces, counts) result(place)
-    !> Number of the cell, pieces of a brick, bricks along each axis.
+    !> Number of the cell, cells per brick, bricks along each axis.
     integer, intent(in) :: cell, pieces, counts(3)
     integer :: place(4), rest
 
@@ -157,15 +158,15 @@ contains
     place(4) = rest/counts(2)
   end function cell_place
 
-  !> Number of the cell at a place.
+  !> Number of the cell at a position.
   pure integer function cell_number(place, pieces, counts)
-    !> As of `cell_place`.
+    !> As for `cell_place`.
     integer, intent(in) :: place(4), pieces, counts(3)
 
     cell_number = 1 + place(1) + pieces*(place(2) + counts(1)*(place(3) + counts(2)*place(4)))
   end function cell_number
 
-  !> Bricks along each axis of a grid.
+  !> Number of bricks along each axis of a grid.
   pure function brick_counts(lines) result(counts)
     !> Grid lines; unallocated along z in the plane.
     type(axis_type), intent(in) :: lines(3)
@@ -177,7 +178,7 @@ contains
     end do
   end function brick_counts
 
-  !> Layers through the thickness.
+  !> Generates layers through the thickness.
   subroutine undo_prismatic(step, flat, images)
     type(reduction_type), intent(in) :: step
     !> Points of the plane.
@@ -216,7 +217,7 @@ contains
     call map_coordinate(images, 3, 0.0_wp, z, spread(0.0_wp, 1, n))
   end subroutine undo_prismatic
 
-  !> Points around the axis, about as far from each other as they stand for in the half section.
+  !> Generates points around the axis at about the spacing of those in the half section.
   subroutine undo_revolved(step, flat, images)
     type(reduction_type), intent(in) :: step
     !> Points of the half section, their volumes per radian.
@@ -259,7 +260,7 @@ contains
     end associate
   end subroutine undo_revolved
 
-  !> Turn what a half section has about the axis: radius, height and ring become x, y and z.
+  !> Rotates the fields of a half section about the axis: radius, height and hoop become x, y and z.
   pure subroutine turn_field(field, centre, angle)
     type(field_type), intent(inout) :: field
     !> x and z of the axis; angle of each point from x to z (n).
@@ -282,9 +283,9 @@ contains
     end do
   end subroutine turn_field
 
-  !> A symmetric tensor along x, y and z by that along radius, height and ring.
+  !> Symmetric tensor in x, y and z from that in radius, height and hoop direction.
   pure function turned_tensor(tensor, c, s) result(turned)
-    !> Radius, height, ring and the shear of the first two: 11, 22, 33, 12.
+    !> Radial, vertical and hoop components and the shear of the first two: 11, 22, 33, 12.
     real(wp), intent(in) :: tensor(6)
     !> Cosine and sine of the angle from x to z.
     real(wp), intent(in) :: c, s
@@ -294,15 +295,15 @@ contains
       c*s*(tensor(1) - tensor(3)), s*tensor(4)]
   end function turned_tensor
 
-  !> Interval of lines that holds a place, from 0.
+  !> Interval of lines that contains a place, from 0.
   pure integer function interval(lines, x)
-    !> Rising lines; the place.
+    !> Increasing lines; the place.
     real(wp), intent(in) :: lines(:), x
 
     interval = max(0, min(size(lines) - 2, count(lines <= x) - 1))
   end function interval
 
-  !> Columns beside each other. Nothing moves along x, so the column's places are those of all.
+  !> Repeats the column. Nothing moves along x, so that the positions of the column apply to all.
   subroutine undo_column(step, column, images)
     type(reduction_type), intent(in) :: step
     !> Points of the column.
@@ -334,7 +335,7 @@ contains
     end associate
   end subroutine undo_column
 
-  !> The half, and behind it its mirror image.
+  !> Appends the mirror image to the half.
   subroutine undo_mirror(step, half, images)
     type(reduction_type), intent(in) :: step
     !> Points of the half.
@@ -365,13 +366,13 @@ contains
     end associate
   end subroutine undo_mirror
 
-  !> Mirror what the points from one on have.
+  !> Mirrors the fields of the points from a given one on.
   pure subroutine mirror_field(field, axis, plane, first)
     type(field_type), intent(inout) :: field
-    !> Axis across the mirror, and its coordinate there.
+    !> Axis normal to the mirror plane, and the coordinate of the plane.
     integer, intent(in) :: axis
     real(wp), intent(in) :: plane
-    !> The first point that is mirrored.
+    !> First point that is mirrored.
     integer, intent(in) :: first
 
     if (field%point_count() == 0) return
@@ -381,16 +382,16 @@ contains
     case (kind_vector)
       field%reals(axis, first:) = -field%reals(axis, first:)
     case (kind_tensor)
-      ! The two shear components with the axis in them: 12 and 13, 12 and 23, 13 and 23.
+      ! The two shear components that contain the axis: 12 and 13, 12 and 23, 13 and 23.
       associate (shear => merge([4, 5], merge([4, 6], [5, 6], axis == 2), axis == 1))
         field%reals(shear, first:) = -field%reals(shear, first:)
       end associate
     end select
   end subroutine mirror_field
 
-  !> The part of the scene's grid that a part of the model's grid is an image of.
+  !> Returns the part of the scene's grid that is the image of a part of the model's grid.
   pure type(window_type) function window_of_scene(expansion, window) result(wide)
-    !> The way back.
+    !> Expansion of the model.
     type(expansion_type), intent(in) :: expansion
     !> The part of the model's grid.
     type(window_type), intent(in) :: window
@@ -414,12 +415,12 @@ contains
     end do
   end function window_of_scene
 
-  !> Place of the model that a place of the scene is an image of, and the signs of its vectors. What
-  !> does not move is of sign 0.
+  !> Maps a place of the scene to the place of the model of which it is an image, with the signs of its vectors; sign 0
+  !> for components without displacement.
   pure subroutine fold_place(expansion, place, sign)
-    !> The way back.
+    !> Expansion of the model.
     type(expansion_type), intent(in) :: expansion
-    !> Place in the scene in, in the model out (3).
+    !> On entry the place in the scene, on return in the model (3).
     real(wp), intent(inout) :: place(3)
     !> Vector of the scene = sign * vector of the model (3).
     real(wp), intent(out) :: sign(3)

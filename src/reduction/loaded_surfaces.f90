@@ -1,8 +1,6 @@
-!> Surfaces that carry loads or supports in a scene or may touch rigid bodies: whether they depend on an axis, and
-!> which of them are used at all.
-!>
-!> Whether the water levels of a scene allow a reduction: a column and a figure of revolution want them level, a mirror
-!> wants each to be its own image.
+!> Surfaces with loads or supports, or in contact with rigid bodies: whether they depend on an axis, and which of them
+!> are used. Also whether the water levels of a scene allow a reduction: a column and a figure of revolution require
+!> horizontal levels, a mirror requires each to be its own image.
 module qsmpm_loaded_surfaces
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -21,7 +19,7 @@ module qsmpm_loaded_surfaces
 
 contains
 
-  !> Whether a phase loads or supports a surface, or a rigid body may touch it.
+  !> Checks whether a phase loads or supports a surface, or a rigid body may be in contact with it.
   pure logical function surface_is_used(scene, name) result(used)
     type(examined_type), intent(in) :: scene
     !> Name of the surface.
@@ -40,7 +38,7 @@ contains
     end do
   end function surface_is_used
 
-  !> Leave out the sets and surfaces that nothing refers to.
+  !> Removes the sets and surfaces to which nothing refers.
   pure subroutine drop_unused(scene)
     type(examined_type), intent(inout) :: scene
     integer :: s
@@ -50,8 +48,7 @@ contains
       scene%surfaces(s)%name), s=1, size(scene%surfaces))]))
   end subroutine drop_unused
 
-  !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part
-  !> along it.
+  !> Checks that gravity, tractions, pressures and supports are independent of an axis and have no component along it.
   pure subroutine require_loads_uniform(scene)
     type(examined_type), intent(inout) :: scene
     integer :: p, i
@@ -78,7 +75,7 @@ contains
     end do
   end subroutine require_loads_uniform
 
-  !> Prove that a surface goes through the whole grid along an axis and has no face across it.
+  !> Checks that a surface extends through the whole grid along an axis and has no face across it.
   pure subroutine require_surface(scene, name)
     type(examined_type), intent(inout) :: scene
     !> Name of the surface.
@@ -100,7 +97,7 @@ contains
           whole = surface%box(scene%axis, 1) <= first .and. surface%box(scene%axis, 2) >= last .and. &
             is_flat_across(surface, scene%axis, tolerance)
         else
-          ! The prism over a polygon has walls only.
+          ! The prism over a polygon has lateral faces only.
           b = place_named(scene%bodies, surface%body)
           whole = scene%axis == 3 .and. b > 0
           if (whole) whole = scene%bodies(b)%kind == body_polygon
@@ -117,19 +114,19 @@ contains
     end associate
   end subroutine require_surface
 
-  !> Whether the box of a surface is flat along another axis: then no face across the given one is in
-  !> it. Along x only a box that is flat along y counts: a scene that does not depend on x has no others.
+  !> Checks whether the box of a surface is flat along another axis, so that it contains no face across the given one.
+  !> Along x only a box flat along y counts: a scene independent of x has no others.
   pure logical function is_flat_across(surface, axis, tolerance) result(flat)
     type(surface_type), intent(in) :: surface
     integer, intent(in) :: axis
-    !> Length that is none.
+    !> Tolerance of lengths.
     real(wp), intent(in) :: tolerance
 
     flat = surface%box(2, 2) - surface%box(2, 1) <= tolerance
     if (axis == 3) flat = flat .or. surface%box(1, 2) - surface%box(1, 1) <= tolerance
   end function is_flat_across
 
-  !> Every line is level.
+  !> Checks that every water level is horizontal.
   pure subroutine require_level_water(scene)
     type(examined_type), intent(inout) :: scene
     integer :: p, i
@@ -147,7 +144,7 @@ contains
     end do
   end subroutine require_level_water
 
-  !> Every line is its own image, and that of a body belongs to one that is its own image.
+  !> Checks that every water level is its own mirror image, and that a body with a level is its own mirror image.
   pure subroutine require_mirrored_water(scene)
     type(examined_type), intent(inout) :: scene
     integer :: p, i, b
@@ -171,11 +168,11 @@ contains
     end do
   end subroutine require_mirrored_water
 
-  !> Whether a line is the same on both sides of a plane.
+  !> Checks whether a line is symmetric with respect to a plane.
   pure logical function is_own_image(level, plane, tolerance) result(yes)
     type(water_level_type), intent(in) :: level
     real(wp), intent(in) :: plane
-    !> Length that is none.
+    !> Tolerance of lengths.
     real(wp), intent(in) :: tolerance
     type(water_table_type) :: table
     integer :: i

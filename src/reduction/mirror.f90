@@ -1,14 +1,12 @@
-!> Proof that a scene is its own mirror image in the plane half way between two sides of its grid:
-!> grid, bodies, supports, loads.
+!> Check that a scene is its own mirror image in the plane half way between two sides of its grid: grid, bodies,
+!> supports, loads; and the half model.
 !>
-!> Supports are compared node by node in every phase; every body and every loaded surface must have a
-!> mirror image among those of the deck, which may be itself. A symmetric scene has a symmetric
-!> solution; whether it has others too is not proved: `reason_against_mirror` says when the half is not
-!> taken unasked.
+!> Supports are compared node by node in every phase; every body and every loaded surface must have a mirror image among
+!> those of the deck, which may be itself. A symmetric scene has a symmetric solution; whether it has others too is not
+!> checked: `reason_against_mirror` states when the half is not used automatically.
 !>
-!> Half of a scene that is its own mirror image: the half below the plane, which is held along its
-!> normal. Bodies and surfaces that cross the plane stay whole: the grid ends there, and what lies
-!> beyond has no cell.
+!> The half model is the half below the plane, which is fixed along its normal. Bodies and surfaces that cross the plane
+!> are kept whole: the grid ends there, and the part beyond it has no cells.
 module qsmpm_mirror
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -37,14 +35,14 @@ module qsmpm_mirror
 
   public :: require_mirror, reason_against_mirror, make_half
 
-  !> Sides of a set: none, or half with its image on the other side, in the kept half, in the other half.
+  !> Position of a set: none of these, in both halves alike, in the retained half, in the other half.
   integer, parameter, public :: side_mixed = 0, side_both = 1, side_kept = 2, side_other = 3
 
   character(len=*), parameter :: plane_names(3) = ['=mirror x', '=mirror y', '=mirror z']
 
 contains
 
-  !> Prove it.
+  !> Checks the whole scene.
   pure subroutine require_mirror(scene)
     type(examined_type), intent(inout) :: scene
     integer :: b
@@ -66,7 +64,7 @@ contains
     if (.not. allocated(scene%reason)) call require_nodes(scene)
   end subroutine require_mirror
 
-  !> Lines and elements are symmetric, and the plane is a line.
+  !> Checks that lines and elements are symmetric, and that the plane is a grid line.
   pure subroutine require_grid(scene)
     type(examined_type), intent(inout) :: scene
     integer :: n
@@ -88,8 +86,7 @@ contains
     end associate
   end subroutine require_grid
 
-  !> Why the half is not taken unasked although the scene is symmetric; empty when nothing speaks
-  !> against it.
+  !> Returns why the half is not used automatically although the scene is symmetric; empty if there is no reason.
   pure function reason_against_mirror(scene) result(reason)
     type(examined_type), intent(in) :: scene
     character(len=:), allocatable :: reason
@@ -116,7 +113,8 @@ contains
       reason = 'gradients of quadratic elements are recovered across the plane, those of the half are not'
   end function reason_against_mirror
 
-  !> Gravity lies in the plane; every loaded or supported surface has an image with the mirrored load.
+  !> Checks that gravity is parallel to the plane and that every loaded or supported surface has an image with the
+  !> mirrored load.
   pure subroutine require_loads(scene)
     type(examined_type), intent(inout) :: scene
     integer :: p
@@ -128,7 +126,7 @@ contains
     end do
   end subroutine require_loads
 
-  !> Every surface in use has an image, and no faces in the plane.
+  !> Checks that every surface in use has an image, and no faces in the plane.
   pure subroutine prove_surfaces(scene)
     type(examined_type), intent(inout) :: scene
     integer :: s
@@ -144,7 +142,7 @@ contains
     end do
   end subroutine prove_surfaces
 
-  !> Gravity, loads and supports of a phase.
+  !> Checks gravity, loads and supports of a phase.
   pure subroutine prove_phase(scene, phase)
     type(examined_type), intent(inout) :: scene
     type(phase_type), intent(in) :: phase
@@ -167,8 +165,8 @@ contains
     end do
   end subroutine prove_phase
 
-  !> Whether cutting at the plane may give a surface new faces: its box reaches the plane and is not
-  !> flat along another axis, or it lies in the plane.
+  !> Checks whether a cut at the plane may give a surface new faces: its box reaches the plane and is not flat along
+  !> another axis, or it is in the plane.
   pure logical function has_faces_in_plane(scene, surface) result(yes)
     type(examined_type), intent(in) :: scene
     type(surface_type), intent(in) :: surface
@@ -192,10 +190,10 @@ contains
     end select
   end function has_faces_in_plane
 
-  !> Whether the mirror image of a load is among the loads of its phase.
+  !> Checks whether the mirror image of a load is among the loads of its phase.
   pure logical function load_has_image(scene, loads, load) result(found)
     type(examined_type), intent(in) :: scene
-    !> Loads of the phase, and the one.
+    !> Loads of the phase, and the load.
     type(traction_type), intent(in) :: loads(:), load
     real(wp) :: image(3)
     integer :: k, s
@@ -213,8 +211,8 @@ contains
     end do
   end function load_has_image
 
-  !> Sets are no lists of labels; a plate is symmetric; reactions are those of symmetric sets or of one
-  !> half.
+  !> Checks that sets are no lists of labels, that a plate is symmetric, and that reactions are those of symmetric sets
+  !> or of one half.
   pure subroutine require_sets(scene)
     type(examined_type), intent(inout) :: scene
     logical :: one_sided
@@ -245,7 +243,7 @@ contains
     end do
   end subroutine require_sets
 
-  !> A list of labels has no place.
+  !> Rejects a list of labels, whose position is not known.
   pure subroutine refuse_labels(scene, name)
     type(examined_type), intent(inout) :: scene
     !> Name of the set.
@@ -257,7 +255,7 @@ contains
       call refuse(scene, card('*NSET', name, scene%node_sets(s)%where)//' is a list of labels')
   end subroutine refuse_labels
 
-  !> Where a set lies: on both sides alike, or wholly on one. The plane belongs to neither half.
+  !> Returns the position of a set: in both halves alike, or entirely in one. The plane belongs to neither half.
   pure integer function set_side(members, set, axis) result(side)
     type(members_type), intent(in) :: members
     !> Number of the set, and the axis.
@@ -278,7 +276,7 @@ contains
     end associate
   end function set_side
 
-  !> Every node is held and moved like its image, in every phase.
+  !> Checks that every node is constrained and displaced like its image, in every phase.
   pure subroutine require_nodes(scene)
     type(examined_type), intent(inout) :: scene
     integer, allocatable :: along(:), first(:), second(:)
@@ -311,7 +309,7 @@ contains
     end do
   end subroutine require_nodes
 
-  !> The last card that treats a node and its image differently.
+  !> Returns the last card that treats a node and its image differently.
   pure function blame(scene, node, image, phase, component) result(text)
     type(examined_type), intent(in) :: scene
     !> The two nodes (3).
@@ -335,7 +333,7 @@ contains
         do i = 1, size(now%prescriptions)
           associate (prescription => now%prescriptions(i))
             if (prescription%component /= component) cycle
-            ! A motion along the normal of a set that holds both nodes is none of mirror images.
+            ! A prescribed displacement along the normal of a set with both nodes is not symmetric.
             if (is_one_sided(prescription%set) .or. (node(component) /= image(component) .and. p == size(line)) .or. &
               (all(node == image) .and. p == size(line))) text = card('*PRESCRIBE of', prescription%set, &
               prescription%where)//' has no mirror image'
@@ -346,7 +344,7 @@ contains
 
   contains
 
-    !> Whether a set holds one of the nodes only.
+    !> Checks whether a set contains only one of the nodes.
     pure logical function is_one_sided(name)
       !> Name of the set.
       character(len=*), intent(in) :: name
@@ -357,7 +355,7 @@ contains
     end function is_one_sided
   end function blame
 
-  !> Every change of a body has its image in the same phase.
+  !> Checks that every change of a body has its image in the same phase.
   pure subroutine prove_stages(scene)
     type(examined_type), intent(inout) :: scene
     integer :: p
@@ -371,7 +369,7 @@ contains
     end do
   end subroutine prove_stages
 
-  !> The same of one card.
+  !> Checks the changes of one keyword.
   pure subroutine prove_list(scene, changes, keyword)
     type(examined_type), intent(inout) :: scene
     type(body_change_type), intent(in) :: changes(:)
@@ -394,11 +392,11 @@ contains
     end do
   end subroutine prove_list
 
-  !> The half, and the way back.
+  !> Makes the half model and its expansion.
   pure subroutine make_half(scene, step)
-    !> The scene, proved to be symmetric; its half.
+    !> The scene, checked to be symmetric; on return its half.
     type(examined_type), intent(inout) :: scene
-    !> The way back.
+    !> Expansion step.
     type(reduction_type), intent(out) :: step
     integer :: n, s
 
@@ -417,10 +415,10 @@ contains
     scene%mesh%axes(scene%axis)%lines = scene%mesh%axes(scene%axis)%lines(:n)
   end subroutine make_half
 
-  !> Histories beyond the plane are read from the mirror image.
+  !> Replaces histories beyond the plane by those of the mirror image.
   pure subroutine half_histories(scene, step)
     type(examined_type), intent(inout) :: scene
-    !> Gets the way back.
+    !> Receives the expansion.
     type(reduction_type), intent(inout) :: step
     logical :: beyond
     integer :: i
@@ -455,7 +453,7 @@ contains
     end do
   end subroutine half_histories
 
-  !> Whether a stress component changes its sign in a mirror: a shear with the normal.
+  !> Checks whether a stress component changes its sign under reflection: a shear with the normal.
   pure logical function is_odd(component, axis)
     !> 1 to 6: 11, 22, 33, 12, 13, 23; and the axis.
     integer, intent(in) :: component, axis
@@ -463,7 +461,7 @@ contains
     is_odd = component == 5 .or. (component == 4 .and. axis == 1) .or. (component == 6 .and. axis == 3)
   end function is_odd
 
-  !> Loads and supports of surfaces that lie beyond the plane are left out.
+  !> Removes loads and supports of surfaces beyond the plane.
   pure subroutine half_surfaces(scene)
     type(examined_type), intent(inout) :: scene
     integer :: p, i
@@ -478,7 +476,7 @@ contains
     end do
   end subroutine half_surfaces
 
-  !> Whether a surface lies beyond the plane.
+  !> Checks whether a surface is beyond the plane.
   pure logical function surface_beyond(scene, name) result(beyond)
     type(examined_type), intent(in) :: scene
     !> Name of the surface.
@@ -500,7 +498,7 @@ contains
     end associate
   end function surface_beyond
 
-  !> Whether a body lies beyond the plane.
+  !> Checks whether a body is beyond the plane.
   pure logical function body_beyond(body, axis, plane) result(beyond)
     type(body_type), intent(in) :: body
     integer, intent(in) :: axis
@@ -512,10 +510,10 @@ contains
     if (body%kind == body_polygon .and. axis == 1) beyond = minval(body%polygon(1, :)) >= plane
   end function body_beyond
 
-  !> Bodies beyond the plane are left out; the others know their images.
+  !> Removes bodies beyond the plane; the others refer to their images.
   pure subroutine half_bodies(scene, step)
     type(examined_type), intent(inout) :: scene
-    !> Gets the bodies of the half and their images.
+    !> Receives the bodies of the half and their images.
     type(reduction_type), intent(inout) :: step
     type(body_type), allocatable :: kept(:)
     integer, allocatable :: own(:), image(:)
@@ -527,7 +525,7 @@ contains
       kept = [kept, scene%bodies(b)]
       own = [own, b]
       image = [image, body_partner(scene, b)]
-      ! A polygon goes through as much of z as the grid has.
+      ! A polygon extends through the grid along z.
       if (image(size(image)) == b .and. .not. (scene%axis == 3 .and. &
         kept(size(kept))%kind == body_polygon)) kept(size(kept))%copies = 2.0_wp*kept(size(kept))%copies
     end do
@@ -537,7 +535,7 @@ contains
     call move_alloc(image, step%image_body)
   end subroutine half_bodies
 
-  !> Sets that a reaction is read of beyond the plane go to the other side.
+  !> Moves sets of reactions beyond the plane to the other side.
   pure subroutine half_sets(scene)
     type(examined_type), intent(inout) :: scene
     integer :: s
@@ -551,7 +549,7 @@ contains
     end do
   end subroutine half_sets
 
-  !> Leave out the changes of bodies that are left out.
+  !> Removes the changes of removed bodies.
   pure subroutine drop_absent(scene)
     type(examined_type), intent(inout) :: scene
     integer :: p
@@ -565,7 +563,7 @@ contains
     end do
   end subroutine drop_absent
 
-  !> The same in one list.
+  !> Removes the changes from one list.
   pure subroutine drop_from(bodies, changes)
     type(body_type), intent(in) :: bodies(:)
     type(body_change_type), allocatable, intent(inout) :: changes(:)

@@ -1,5 +1,5 @@
-!> Mirror images among the bodies and surfaces of a scene: which one a body or a surface is the image of,
-!> in the plane half way between two sides of the grid. What lies outside the grid counts nothing.
+!> Mirror images among the bodies and surfaces of a scene, in the plane half way between two sides of the grid. Parts
+!> outside the grid are disregarded.
 module qsmpm_mirror_images
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -14,7 +14,7 @@ module qsmpm_mirror_images
 
 contains
 
-  !> A box on the other side.
+  !> Returns the mirror image of a box.
   pure function mirrored_box(box, axis, plane) result(image)
     !> Lower and upper corner (3,2).
     real(wp), intent(in) :: box(3, 2)
@@ -27,7 +27,7 @@ contains
     image(axis, :) = 2.0_wp*plane - box(axis, [2, 1])
   end function mirrored_box
 
-  !> Whether a box is the mirror image of another, as far as they are in the grid.
+  !> Checks whether a box is the mirror image of another within the grid.
   pure logical function boxes_match(scene, box, other) result(match)
     type(examined_type), intent(in) :: scene
     !> Lower and upper corners (3,2).
@@ -44,7 +44,7 @@ contains
     end do
   end function boxes_match
 
-  !> Body that is the mirror image of a body, 0 for none.
+  !> Returns the body that is the mirror image of a body, 0 for none.
   pure integer function body_partner(scene, number) result(partner)
     type(examined_type), intent(in) :: scene
     !> Number of the body.
@@ -76,7 +76,7 @@ contains
     end do
   end function body_partner
 
-  !> Edges of an outline.
+  !> Returns the edges of an outline.
   pure function outline_edges(polygon) result(edges)
     !> Vertices (2,n).
     real(wp), intent(in) :: polygon(:, :)
@@ -87,11 +87,11 @@ contains
     edges(3:, :) = cshift(polygon, 1, dim=2)
   end function outline_edges
 
-  !> Whether edges are the mirror images of others in a plane x = c, in any order.
+  !> Checks whether edges are the mirror images of others in a plane x = c, in any order.
   pure logical function edges_match(edges, others, plane, tolerance) result(match)
     !> x1, y1, x2, y2 (4,n).
     real(wp), intent(in) :: edges(:, :), others(:, :)
-    !> The plane and the length that is none.
+    !> Coordinate of the plane and tolerance of lengths.
     real(wp), intent(in) :: plane, tolerance
     real(wp) :: image(4)
     logical :: found
@@ -110,7 +110,7 @@ contains
     end do
   end function edges_match
 
-  !> Surface that is the mirror image of a surface, 0 for none.
+  !> Returns the surface that is the mirror image of a surface, 0 for none.
   pure integer function surface_partner(scene, number) result(partner)
     type(examined_type), intent(in) :: scene
     !> Number of the surface.
@@ -138,7 +138,7 @@ contains
     end do
   end function surface_partner
 
-  !> Whether two bodies are mirror images.
+  !> Checks whether two bodies are mirror images.
   pure logical function are_partners(scene, name, other) result(yes)
     type(examined_type), intent(in) :: scene
     !> Names of the bodies.

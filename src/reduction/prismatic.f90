@@ -1,23 +1,20 @@
-!> A 3D scene that does not depend on z, held along z at both ends, as a model of plane strain.
+!> Reduction of a 3D scene that is independent of z and fixed along z at both ends to plane strain, and of a plane scene
+!> of horizontal layers to a single column.
 !>
-!> Proof: `require_uniform`, and elements in layers (bricks, wedges). The plane element is the face
-!> of the brick or wedge, its points are those of one layer; forces and work of the scene are the
-!> thickness times those of the model.
+!> Plane strain requires `require_uniform`, and elements in layers (bricks, wedges). The plane element is the face of
+!> the brick or wedge, its points are those of one layer; forces and work of the scene are those of the model times the
+!> thickness.
 !>
-!> A plane scene of level layers between rollers, under loads that do not depend on x, as a single
-!> column of cells.
+!> A plane scene of horizontal layers between rollers, under loads independent of x, is reduced to a single column of
+!> cells. It requires `require_uniform` along x, and rectangles with unshifted nodes: then the columns of the grid are
+!> all alike and each supports its own width of the load. Triangles are skewed to one side, so that the columns at the
+!> ends differ and the scene is not reduced.
 !>
-!> Proof: `require_uniform` along x, and rectangles that are not shifted: then the columns of the
-!> grid are all alike and each carries its own width of the load. Triangles lean to one side, so their
-!> columns are not alike at the ends and the scene is left as it is.
-!>
-!> Proof that a scene does not depend on an axis and cannot move along it: bodies, supports, loads and
-!> mesh are the same all along, and both end planes are held along it.
-!>
-!> Then u = u(other axes), u_axis = 0 is a solution of the equations as they are discretised, for every
-!> element whose functions and points repeat along the axis: the forces at a node are those of the
-!> smaller model times the length the node stands for. What depends on the axis is looked for card by
-!> card; that the end planes are held is shown node by node for every phase.
+!> `require_uniform` checks that a scene is independent of an axis and cannot move along it: bodies, supports, loads and
+!> mesh are constant along the axis, and both end planes are fixed along it. Then u = u(other axes), u_axis = 0 is a
+!> solution of the discretised equations for every element whose functions and points repeat along the axis: nodal
+!> forces are those of the smaller model times the length of the node. Dependence on the axis is checked card by card,
+!> the fixities of the end planes node by node for every phase.
 module qsmpm_prismatic
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -41,12 +38,12 @@ module qsmpm_prismatic
 
   public :: require_prismatic, make_plane, require_column, make_column, require_uniform
 
-  !> Names of the sets of the two sides; no deck can write them without quotes.
+  !> Names of the sets of the two sides, which a deck cannot define without quotes.
   character(len=*), parameter :: side_names(2) = ['=first side', '=last side ']
 
 contains
 
-  !> Prove it.
+  !> Checks that a scene is independent of the axis and fixed at both ends.
   pure subroutine require_uniform(scene)
     type(examined_type), intent(inout) :: scene
 
@@ -62,7 +59,7 @@ contains
     if (.not. allocated(scene%reason)) call require_held(scene)
   end subroutine require_uniform
 
-  !> Bodies go through the whole grid along the axis.
+  !> Checks that bodies extend through the whole grid along the axis.
   pure subroutine require_bodies(scene)
     type(examined_type), intent(inout) :: scene
     real(wp) :: first, last
@@ -91,11 +88,11 @@ contains
     end do
   end subroutine require_bodies
 
-  !> Whether a polygon is a layer over the whole width: what of its edges is inside lies level.
+  !> Checks whether a polygon is a layer over the whole width: edges within it are horizontal.
   pure logical function is_layer(polygon, first, last, tolerance)
     !> Vertices (2,n).
     real(wp), intent(in) :: polygon(:, :)
-    !> The sides, and the length that is none.
+    !> The sides, and the tolerance of lengths.
     real(wp), intent(in) :: first, last, tolerance
     integer :: i, k
     logical :: left(2), right(2)
@@ -110,7 +107,7 @@ contains
     end do
   end function is_layer
 
-  !> Sets that depend on the axis may only be held along it; nothing is moved along it.
+  !> Checks that sets that depend on the axis only fix it, and that no displacement is prescribed along it.
   pure subroutine require_sets(scene)
     type(examined_type), intent(inout) :: scene
     logical :: only(3)
@@ -141,7 +138,7 @@ contains
     end do
   end subroutine require_sets
 
-  !> A plate of a moving mesh goes along another axis and does not depend on this one.
+  !> Checks that the plate of a moving mesh moves along another axis and is independent of this one.
   pure subroutine require_plate(scene)
     type(examined_type), intent(inout) :: scene
     logical :: along
@@ -155,8 +152,8 @@ contains
     end associate
   end subroutine require_plate
 
-  !> Both end planes are held along the axis in every phase. In a grid with shifted nodes only sets of
-  !> whole planes count, and nothing may be freed.
+  !> Checks that both end planes are fixed along the axis in every phase. In a grid with shifted nodes only sets of
+  !> whole planes count, and nothing may be released.
   pure subroutine require_held(scene)
     type(examined_type), intent(inout) :: scene
     type(members_type) :: table
@@ -172,7 +169,7 @@ contains
         if (covers_axis(scene%members, s, others(1)) .and. covers_axis(scene%members, s, others(2))) cycle
         table%axis(others(1))%holds(:, s) = .false.
       end do
-      ! No set is freed.
+      ! No set is released.
       do p = 1, size(scene%phases)
         do i = 1, size(scene%phases(p)%fixities)
           associate (fixity => scene%phases(p)%fixities(i))
@@ -200,7 +197,7 @@ contains
     end do
   end subroutine require_held
 
-  !> Prove that a scene is prismatic along z.
+  !> Checks that a scene is prismatic along z.
   pure subroutine require_prismatic(scene)
     type(examined_type), intent(inout) :: scene
     integer :: b
@@ -220,13 +217,13 @@ contains
     call require_histories(scene)
     do b = 1, size(scene%bodies)
       call find_layers(scene, scene%bodies(b)%points_per_element, step, known)
-      ! The reader of points tells which numbers there are; here the scene is only left as it is.
+      ! Unknown numbers of points are reported by the reader; here the scene is just not reduced.
       if (.not. known) call refuse(scene, card('*BODY', scene%bodies(b)%name, scene%bodies(b)%where)// &
         ': there is no such number of points per element')
     end do
   end subroutine require_prismatic
 
-  !> The plane element a brick or wedge stands on, empty for a tetrahedron.
+  !> Returns the plane element that is the base of a brick or wedge, empty for a tetrahedron.
   pure function plane_element(element) result(name)
     !> Element name.
     character(len=*), intent(in) :: element
@@ -246,7 +243,7 @@ contains
     end select
   end function plane_element
 
-  !> Histories are inside the thickness, and reactions can be taken from the plane.
+  !> Checks that histories are within the thickness, and that reactions can be obtained from the plane.
   pure subroutine require_histories(scene)
     type(examined_type), intent(inout) :: scene
     integer :: i, s
@@ -270,11 +267,11 @@ contains
     end do
   end subroutine require_histories
 
-  !> The plane model of a prismatic scene, and the way back.
+  !> Makes the plane model of a prismatic scene and its expansion.
   pure subroutine make_plane(scene, step)
-    !> The scene, proved to be prismatic; the model.
+    !> The scene, checked to be prismatic; on return the model.
     type(examined_type), intent(inout) :: scene
-    !> The way back.
+    !> Expansion step.
     type(reduction_type), intent(out) :: step
     logical :: known
     integer :: b, s
@@ -306,7 +303,7 @@ contains
     scene%model = plane_strain
   end subroutine make_plane
 
-  !> The rule that seeds an element in 3D.
+  !> Returns the rule that places the points of an element in 3D.
   pure subroutine solid_rule(scene, count, places, weights, known)
     !> The scene in 3D.
     type(examined_type), intent(in) :: scene
@@ -314,7 +311,7 @@ contains
     integer, intent(in) :: count
     !> Local coordinates (3, n) and weights (n).
     real(wp), allocatable, intent(out) :: places(:, :), weights(:)
-    !> There is such a rule.
+    !> Such a rule exists.
     logical, intent(out) :: known
     type(error_type), allocatable :: error
 
@@ -328,17 +325,17 @@ contains
     end if
   end subroutine solid_rule
 
-  !> Layers of the points of an element: those of equal local z.
+  !> Finds the layers of the points of an element, which have equal local z.
   pure subroutine find_layers(scene, count, step, known, body)
     !> The scene in 3D.
     type(examined_type), intent(in) :: scene
     !> Points per element, 0 for the default.
     integer, intent(in) :: count
-    !> Gets the layers of the body.
+    !> Receives the layers of the body.
     type(reduction_type), intent(inout) :: step
-    !> There is such a number of points.
+    !> Such a number of points exists.
     logical, intent(out) :: known
-    !> Number of the body; without it only `known` is found.
+    !> Number of the body; without it only `known` is determined.
     integer, intent(in), optional :: body
     real(wp), allocatable :: places(:, :), weights(:)
     integer :: q, n, layers
@@ -356,7 +353,7 @@ contains
     end associate
   end subroutine find_layers
 
-  !> Points of the first layer of a rule: those before local z changes.
+  !> Number of points of the first layer of a rule, before local z changes.
   pure integer function points_in_layer(places) result(n)
     !> Local coordinates (3, n), layer after layer.
     real(wp), intent(in) :: places(:, :)
@@ -364,7 +361,7 @@ contains
     n = count(abs(places(3, :) - places(3, 1)) < 1.0e-6_wp)
   end function points_in_layer
 
-  !> Points per element of the plane model; 0 keeps the Gauss rule of FEM.
+  !> Points per element of the plane model; 0 for the Gauss rule of FEM.
   pure integer function plane_points(scene, count) result(n)
     !> The scene in 3D.
     type(examined_type), intent(in) :: scene
@@ -379,10 +376,10 @@ contains
     n = points_in_layer(places)
   end function plane_points
 
-  !> Histories in the plane. What has a z component stands still.
+  !> Converts histories to the plane; z components are zero.
   pure subroutine plane_histories(scene, step)
     type(examined_type), intent(inout) :: scene
-    !> Gets the way back.
+    !> Receives the expansion.
     type(reduction_type), intent(inout) :: step
     integer :: i
 
@@ -409,7 +406,7 @@ contains
     end do
   end subroutine plane_histories
 
-  !> Fixities and prescriptions of the plane: what only holds along z is left out.
+  !> Converts fixities and prescriptions to the plane: those only along z are removed.
   pure subroutine plane_supports(scene)
     type(examined_type), intent(inout) :: scene
     type(fixity_type), allocatable :: fixities(:)
@@ -430,7 +427,7 @@ contains
     end do
   end subroutine plane_supports
 
-  !> Prove that a scene is a row of equal columns.
+  !> Checks that a scene is a row of equal columns.
   pure subroutine require_column(scene)
     type(examined_type), intent(inout) :: scene
 
@@ -453,7 +450,7 @@ contains
     end if
   end subroutine require_column
 
-  !> Histories are inside the grid; reactions are those of a level set, or push a side along x.
+  !> Checks that histories are inside the grid, and that reactions are those of a horizontal set, or along x at a side.
   pure subroutine require_column_histories(scene)
     type(examined_type), intent(inout) :: scene
     integer :: i, s
@@ -476,7 +473,7 @@ contains
     end do
   end subroutine require_column_histories
 
-  !> Side a set lies on: 1 the first line, 2 the last line, 0 neither.
+  !> Side of a set: 1 the first line, 2 the last line, 0 neither.
   pure integer function side_of(members, set) result(side)
     type(members_type), intent(in) :: members
     !> Number of the set.
@@ -490,11 +487,11 @@ contains
     end associate
   end function side_of
 
-  !> One column of a scene of equal columns, and the way back.
+  !> Makes one column of a scene of equal columns and its expansion.
   pure subroutine make_column(scene, step)
-    !> The scene, proved to be a row of equal columns; the column.
+    !> The scene, checked to be a row of equal columns; on return the column.
     type(examined_type), intent(inout) :: scene
-    !> The way back.
+    !> Expansion step.
     type(reduction_type), intent(out) :: step
     integer :: s
 
@@ -504,10 +501,10 @@ contains
     end associate
     call column_histories(scene, step)
     call flatten_rigid_bodies(scene, [1], step%factor)
-    ! What is freed of a side has been proved to be held again.
+    ! Sides that are released are fixed again, as checked.
     call keep_supports(scene, [(covers_axis(scene%members, s, 1), s=1, size(scene%node_sets))], 1, &
       scene%mesh%axes(1)%lines(:2), side_names)
-    ! Sets on a side that a history reads go with the side.
+    ! Sets on a side that are used by a history move with the side.
     do s = 1, size(scene%members%axis(1)%holds, 2)
       if (side_of(scene%members, s) == 0) cycle
       scene%node_sets(s)%box(1, :) = scene%mesh%axes(1)%lines(side_of(scene%members, s))
@@ -517,10 +514,10 @@ contains
     scene%mesh%axes(1)%lines = scene%mesh%axes(1)%lines(:2)
   end subroutine make_column
 
-  !> Histories of the column: nothing moves along x.
+  !> Converts histories to the column: nothing moves along x.
   pure subroutine column_histories(scene, step)
     type(examined_type), intent(inout) :: scene
-    !> Gets the way back.
+    !> Receives the expansion.
     type(reduction_type), intent(inout) :: step
     integer :: i
 
@@ -542,7 +539,7 @@ contains
     end do
   end subroutine column_histories
 
-  !> The place in the first cell that is like a place in any cell.
+  !> Place in the first cell that corresponds to a place in any cell.
   pure real(wp) function in_first(lines, x)
     !> Lines along x; the place.
     real(wp), intent(in) :: lines(:), x

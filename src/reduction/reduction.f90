@@ -1,7 +1,6 @@
-!> What a scene is reduced by, as plain data: one `reduction_type` for each step from the scene as
-!> written to the model that is run, with all that is needed to go back from the results of the model
-!> to those of the scene. How the proofs are made is left to the modules of the single reductions, how
-!> the results are expanded to `qsmpm_images`.
+!> Reductions of a scene as plain data: one `reduction_type` for each step from the scene of the deck to the model that
+!> is run, with all data required to expand the results of the model to those of the scene. The checks are in the
+!> modules of the single reductions, the expansion of results is in `qsmpm_images`.
 module qsmpm_reduction
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -14,31 +13,31 @@ module qsmpm_reduction
   public :: reduction_type, expansion_type, layers_type, reduction_check_type
   public :: reduction_name, begin_reduction, history_of_scene, move_stops
 
-  !> Kinds of reduction, in the order they are tried.
+  !> Kinds of reduction, in the order in which they are tried.
   integer, parameter, public :: reduce_prismatic = 1, reduce_revolved = 2, reduce_column = 3, reduce_mirror = 4
 
   !> Layers of the points of a body between two grid lines.
   type :: layers_type
-    !> Place between the lines, 0 to 1, and share of the volume (layers).
+    !> Position between the lines, 0 to 1, and share of the volume (layers).
     real(wp), allocatable :: place(:), share(:)
   end type layers_type
 
   !> One step from a scene to a smaller one.
   type :: reduction_type
     integer :: kind = 0
-    !> Axis that is left out, halved or cut to one cell; of a revolved scene 0.
+    !> Axis that is omitted, halved or reduced to one cell; 0 for a figure of revolution.
     integer :: axis = 0
-    !> Forces and work of the scene over those of the model.
+    !> Forces and work of the scene relative to those of the model.
     real(wp) :: factor = 1.0_wp
-    !> Grid lines of the scene before this step; those along z only in 3D.
+    !> Grid lines of the scene before this step; along z only in 3D.
     type(axis_type) :: lines(3)
-    !> Elements a quadrilateral or brick of the grid is cut into.
+    !> Number of elements into which a quadrilateral or brick of the grid is divided.
     integer :: pieces = 1
-    !> Coordinate of a mirror plane; axis of a revolved scene: x and z, and its sector in radians.
+    !> Coordinate of a mirror plane; axis of a figure of revolution: x and z, and its sector in radians.
     real(wp) :: plane = 0.0_wp, centre(2) = 0.0_wp, sector(2) = 0.0_wp
     !> Layers through the thickness of the points of each body of the smaller scene (bodies).
     type(layers_type), allocatable :: layers(:)
-    !> Body of the scene that each body of the smaller scene is, and the one its mirror image is (bodies).
+    !> Body of the scene that corresponds to each body of the smaller scene, and that of its mirror image (bodies).
     integer, allocatable :: body(:), image_body(:)
     !> Histories: value of the scene = offset + factor * value of the smaller scene, without SCALE.
     real(wp), allocatable :: history_factor(:), history_offset(:)
@@ -49,23 +48,23 @@ module qsmpm_reduction
     type(reduction_type), allocatable :: steps(:)
   end type expansion_type
 
-  !> What was found about one reduction.
+  !> Result of the check of one reduction.
   type :: reduction_check_type
     integer :: kind = 0
     integer :: axis = 0
-    !> Proved; and used in the model that is run.
+    !> Admissible; and used in the model that is run.
     logical :: possible = .false.
     logical :: used = .false.
-    !> Why not possible, why possible but not used, or what is done.
+    !> Why it is not possible, why it is possible but not used, or what is done.
     character(len=:), allocatable :: reason
   end type reduction_check_type
 
 contains
 
-  !> Values at which phases stop, as the histories of the smaller scene have them. One that is the same all the time in
-  !> the smaller scene reaches none.
+  !> Converts the history values at which phases stop to those of the smaller scene. A history that is constant there
+  !> never reaches its value.
   pure subroutine move_stops(step, analysis)
-    !> The way back.
+    !> Expansion step.
     type(reduction_type), intent(in) :: step
     !> The smaller scene.
     class(analysis_type), intent(inout) :: analysis
@@ -88,7 +87,7 @@ contains
     end do
   end subroutine move_stops
 
-  !> Name of a reduction as in plan and log.
+  !> Returns the name of a reduction as in plan and log.
   pure function reduction_name(kind, axis) result(name)
     !> One of the reduce_* values.
     integer, intent(in) :: kind
@@ -107,7 +106,7 @@ contains
     end select
   end function reduction_name
 
-  !> A step that changes nothing yet.
+  !> Initialises a step without effect.
   pure subroutine begin_reduction(analysis, kind, axis, step)
     !> The scene before the step.
     class(analysis_type), intent(in) :: analysis
@@ -129,7 +128,7 @@ contains
     allocate (step%history_offset(size(analysis%histories)), source=0.0_wp)
   end subroutine begin_reduction
 
-  !> Value of a history of the scene by that of the model, both before SCALE.
+  !> Returns the value of a history of the scene from that of the model, both before SCALE.
   pure real(wp) function history_of_scene(expansion, number, value)
     type(expansion_type), intent(in) :: expansion
     !> Number of the history.

@@ -1,11 +1,10 @@
-!> A 3D scene of polyhedra turned about a vertical axis as an axisymmetric model.
+!> Reduction of a 3D scene of polyhedra that are figures of revolution about a vertical axis to an axisymmetric model.
 !>
-!> What is proved: every body is a figure of revolution about one axis on lines of the grid
-!> (`qsmpm_revolved_profile`); a side of the grid through the axis is held along its normal in every
-!> phase, so that the grid holds a whole, half or quarter of the figure; everything else that is held,
-!> moved or loaded depends on height only and is alike along x and z; the other sides are out of
-!> reach: the plane grid ends at the nearest of them, and a point that gets there ends the run. The
-!> equations are not those of the bricks, only what they approximate is the same.
+!> The checks: every body is a figure of revolution about one axis on grid lines (`qsmpm_revolved_profile`). A side of
+!> the grid through the axis is fixed along its normal in every phase, so that the grid contains a whole, half or
+!> quarter of the figure. All other constraints and loads depend on height only and are equal along x and z. The other
+!> sides are out of reach: the plane grid ends at the nearest of them, and a point that reaches it ends the run. The
+!> discrete equations differ from those of the bricks; both approximate the same problem.
 module qsmpm_revolved
   use qsmpm_kinds, only: wp, pi
   use qsmpm_named, only: place_named
@@ -29,13 +28,13 @@ module qsmpm_revolved
 
   public :: revolved_solid_type, require_revolved, make_revolved
 
-  !> Coordinates of an STL file are rounded to this share of their size.
+  !> Relative round-off of the coordinates of an STL file.
   real(wp), parameter :: single_share = 1.0e-5_wp
 
-  !> Name of the set of the axis; no deck can write it without quotes.
+  !> Name of the set of the axis, which a deck cannot define without quotes.
   character(len=*), parameter :: axis_name = '=axis'
 
-  !> What a proof has found.
+  !> Data found by the check.
   type :: revolved_solid_type
     !> x and z of the axis, largest radius of the grid, and the first and last angle of the sector.
     real(wp) :: centre(2) = 0.0_wp
@@ -51,7 +50,7 @@ module qsmpm_revolved
 
 contains
 
-  !> Prove that a scene is a figure of revolution.
+  !> Checks that a scene is a figure of revolution.
   subroutine require_revolved(scene, solid)
     type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(out) :: solid
@@ -79,10 +78,10 @@ contains
     call require_histories(scene, solid)
   end subroutine require_revolved
 
-  !> Half sections of all bodies about one axis.
+  !> Determines the half sections of all bodies about one axis.
   subroutine read_sections(scene, solid)
     type(examined_type), intent(inout) :: scene
-    !> Gets the axis and the bodies.
+    !> Receives the axis and the bodies.
     type(revolved_solid_type), intent(inout) :: solid
     type(error_type), allocatable :: error
     real(wp), allocatable :: facets(:, :, :), profile(:, :)
@@ -113,7 +112,7 @@ contains
     end do
   end subroutine read_sections
 
-  !> The grid lines nearest to an axis, if they are as near as the file can tell.
+  !> Returns the grid lines nearest to an axis, if they agree with it within the accuracy of the file.
   pure function on_lines(scene, centre, size_of_file) result(place)
     type(examined_type), intent(in) :: scene
     !> x and z of the axis, and the largest coordinate of its file.
@@ -130,10 +129,11 @@ contains
     end do
   end function on_lines
 
-  !> The axis lies on grid lines; sides through it are held along their normal; the grid is wide enough.
+  !> Checks that the axis is on grid lines, that sides through it are fixed along their normal, and that the grid is
+  !> wide enough.
   pure subroutine require_axis(scene, solid)
     type(examined_type), intent(inout) :: scene
-    !> Gets the sector and the radius of the grid.
+    !> Receives the sector and the radius of the grid.
     type(revolved_solid_type), intent(inout) :: solid
     real(wp) :: tolerance
     integer :: i, b
@@ -161,7 +161,7 @@ contains
     if (solid%cut(2)) solid%sector(1) = 0.0_wp
   end subroutine require_axis
 
-  !> The side of the grid through the axis is held along its normal in every phase.
+  !> Checks that the side of the grid through the axis is fixed along its normal in every phase.
   pure subroutine require_cut(scene, axis)
     type(examined_type), intent(inout) :: scene
     !> 1 or 3.
@@ -187,7 +187,7 @@ contains
     end do
   end subroutine require_cut
 
-  !> Sets that hold or move the figure depend on height only; those on sides hold along their normal.
+  !> Checks that sets that constrain the figure depend on height only, and that those on sides fix their normal.
   pure subroutine require_sets(scene, solid)
     type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(in) :: solid
@@ -217,7 +217,7 @@ contains
       call refuse(scene, '*MOVING MESH'//place_text(scene%moving_mesh%where)//' does not go along the axis')
   end subroutine require_sets
 
-  !> Whether a set depends on height only.
+  !> Checks whether a set depends on height only.
   pure logical function is_level(members, set)
     type(members_type), intent(in) :: members
     !> Number of the set.
@@ -226,8 +226,8 @@ contains
     is_level = covers_axis(members, set, 1) .and. covers_axis(members, set, 3)
   end function is_level
 
-  !> Whether a fixity is alike in all directions: of a level set, of a side through the axis along its
-  !> normal, or of a side out of reach.
+  !> Checks whether a fixity is axisymmetric: of a horizontal set, of a side through the axis along its normal, or of a
+  !> side out of reach.
   pure logical function fixity_is_round(scene, solid, fixity) result(round)
     type(examined_type), intent(in) :: scene
     type(revolved_solid_type), intent(in) :: solid
@@ -248,10 +248,10 @@ contains
     end associate
   end function fixity_is_round
 
-  !> Whether a set is a side of the grid.
+  !> Checks whether a set is a side of the grid.
   pure logical function is_outer_side(members, set, axis) result(yes)
     type(members_type), intent(in) :: members
-    !> Number of the set, and the axis it lies across.
+    !> Number of the set, and the axis normal to it.
     integer, intent(in) :: set, axis
 
     associate (holds => members%axis(axis)%holds(:, set))
@@ -259,7 +259,7 @@ contains
     end associate
   end function is_outer_side
 
-  !> Loads go along the axis and act on outlines all around it; supports on level parts of outlines.
+  !> Checks that loads act along the axis on whole outlines, and supports on horizontal parts of outlines.
   pure subroutine require_loads(scene, solid)
     type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(in) :: solid
@@ -285,7 +285,7 @@ contains
     end do
   end subroutine require_loads
 
-  !> Surfaces that touch rigid bodies are the same all around the axis.
+  !> Checks that surfaces in contact with rigid bodies are axisymmetric.
   pure subroutine require_contacts(scene, solid)
     type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(in) :: solid
@@ -299,8 +299,8 @@ contains
     end do
   end subroutine require_contacts
 
-  !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
-  !> it is wanted.
+  !> Checks whether a surface is an outline, or the part of it in a box wider than the figure; if required a horizontal
+  !> one.
   pure logical function surface_is_round(scene, solid, name, level) result(round)
     type(examined_type), intent(in) :: scene
     type(revolved_solid_type), intent(in) :: solid
@@ -321,7 +321,7 @@ contains
     end associate
   end function surface_is_round
 
-  !> Histories are within reach; stresses are read where the axes are those of radius and ring.
+  !> Checks that histories are within reach, and that stresses are those at places where x or z is the radial direction.
   pure subroutine require_histories(scene, solid)
     type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(in) :: solid
@@ -352,13 +352,13 @@ contains
     end do
   end subroutine require_histories
 
-  !> The axisymmetric model of a figure of revolution, and the way back.
+  !> Makes the axisymmetric model of a figure of revolution and its expansion.
   pure subroutine make_revolved(scene, solid, step)
-    !> The scene; the model.
+    !> The scene; on return the model.
     type(examined_type), intent(inout) :: scene
-    !> What the proof has found.
+    !> Data found by the check.
     type(revolved_solid_type), intent(in) :: solid
-    !> The way back.
+    !> Expansion step.
     type(reduction_type), intent(out) :: step
     integer :: s, b, p
 
@@ -392,9 +392,9 @@ contains
     scene%model = axisymmetric
   end subroutine make_revolved
 
-  !> Lines along the radius: those along x beyond the axis, as far as the nearest side.
+  !> Determines the lines along the radius: those along x beyond the axis, up to the nearest side.
   pure subroutine radial_lines(scene, solid)
-    !> The scene; its grid in radius and height.
+    !> The scene; on return with its grid in radius and height.
     type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(in) :: solid
     real(wp) :: lines(size(scene%mesh%axes(1)%lines)), tolerance
@@ -413,11 +413,11 @@ contains
     allocate (scene%mesh%axes(1)%lines(n), source=lines(:n))
   end subroutine radial_lines
 
-  !> Histories by radius and height.
+  !> Converts histories to radius and height.
   pure subroutine round_histories(scene, solid, step)
     type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(in) :: solid
-    !> Gets the way back.
+    !> Receives the expansion.
     type(reduction_type), intent(inout) :: step
     real(wp) :: from(2), along(2), radius
     integer :: i
@@ -449,15 +449,15 @@ contains
     end do
   end subroutine round_histories
 
-  !> A stress component on the x or z axis by those of radius, height and ring.
+  !> Converts a stress component on the x or z axis to those of radius, height and hoop direction.
   pure subroutine round_stress(component, on_x, along, factor)
     !> 1 to 6 in, 1 to 4 out.
     integer, intent(inout) :: component
-    !> The place lies on the x axis, else on the z axis.
+    !> The place is on the x axis, otherwise on the z axis.
     logical, intent(in) :: on_x
-    !> Direction of the radius: x and z.
+    !> Radial direction: x and z.
     real(wp), intent(in) :: along(2)
-    !> Sign of the component, 0 for what vanishes.
+    !> Sign of the component, 0 if it vanishes.
     real(wp), intent(out) :: factor
     integer, parameter :: by_x(6) = [1, 2, 3, 4, 0, 0], by_z(6) = [3, 2, 1, 0, 0, 4]
     integer :: found

@@ -1,9 +1,9 @@
-!> The half section of a polyhedron that is a figure of revolution about a vertical axis: corners on
-!> rings, every ring a regular polygon of equally many corners, facets between two rings or filling one.
+!> Half section of a polyhedron that is a figure of revolution about a vertical axis: its corners are on rings, every
+!> ring is a regular polygon with the same number of corners, and facets are between two rings or fill one.
 !>
-!> The section is the chain of rings along the facets. That nothing else is bounded is proved by the
-!> volume: the section turned about the axis must enclose the volume of the polyhedron. Radii are
-!> those of the circles with the area of the polygons, so that volume and weight are kept.
+!> The section is the chain of rings along the facets. The volume confirms that nothing else is enclosed: the section
+!> revolved about the axis must enclose the volume of the polyhedron. Radii are those of the circles with the area of
+!> the polygons, so that volume and weight are preserved.
 module qsmpm_revolved_profile
   use qsmpm_kinds, only: wp, pi
   use qsmpm_polygon, only: polygon_area
@@ -14,11 +14,12 @@ module qsmpm_revolved_profile
 
   public :: find_axis, find_profile
 
-  !> Fewest corners of a ring: the polygon leaves its circle by less than a hundredth of the radius.
+  !> Smallest number of corners of a ring, with which the polygon differs from its circle by less than a hundredth of
+  !> the radius.
   integer, parameter :: fewest_corners = 24
-  !> Lengths as a share of the size and angles that are rounding: coordinates come in single precision.
+  !> Round-off of lengths relative to the size, and of angles, as coordinates are in single precision.
   real(wp), parameter :: length_share = 1.0e-5_wp, angle_step = 1.0e-5_wp, angle_noise = 2.0e-3_wp
-  !> Deviation of the volume of the turned section.
+  !> Relative tolerance of the volume of the revolved section.
   real(wp), parameter :: volume_share = 1.0e-4_wp
 
   !> Rings of corners.
@@ -28,13 +29,13 @@ module qsmpm_revolved_profile
     real(wp), allocatable :: place(:, :)
     !> Ring of each corner (3, facets).
     integer, allocatable :: of(:, :)
-    !> The rings beside each one along the section, 0 for none (2, count).
+    !> Adjacent rings along the section, 0 for none (2, count).
     integer, allocatable :: beside(:, :)
   end type rings_type
 
 contains
 
-  !> The axis a figure of revolution would have: through its centroid.
+  !> Returns the axis of a possible figure of revolution: through its centroid.
   pure function find_axis(facets) result(centre)
     !> Corners (3, 3, n).
     real(wp), intent(in) :: facets(:, :, :)
@@ -46,13 +47,13 @@ contains
     centre = centroid([1, 3])
   end function find_axis
 
-  !> The half section.
+  !> Determines the half section.
   pure subroutine find_profile(facets, centre, profile, problem)
-    !> Corners (3, 3, n), seen from outside counter-clockwise; x and z of the axis.
+    !> Corners (3, 3, n), counter-clockwise seen from outside; x and z of the axis.
     real(wp), intent(in) :: facets(:, :, :), centre(2)
-    !> Radius and height of its corners, counter-clockwise (2, m); not allocated when there is a problem.
+    !> Radius and height of its corners, counter-clockwise (2, m); not allocated if there is a problem.
     real(wp), allocatable, intent(out) :: profile(:, :)
-    !> Why it is no figure of revolution, empty when it is.
+    !> Why it is not a figure of revolution, empty if it is.
     character(len=:), allocatable, intent(out) :: problem
     type(rings_type) :: rings
     real(wp) :: volume, centroid(3), noise, scale
@@ -76,11 +77,11 @@ contains
     end if
   end subroutine find_profile
 
-  !> Put corners of equal radius and height into a ring.
+  !> Groups corners of equal radius and height into rings.
   pure subroutine find_rings(facets, centre, noise, rings)
     !> Corners (3, 3, n).
     real(wp), intent(in) :: facets(:, :, :)
-    !> x and z of the axis, and the length that is none.
+    !> x and z of the axis, and the tolerance of lengths.
     real(wp), intent(in) :: centre(2), noise
     type(rings_type), intent(out) :: rings
     real(wp) :: place(2), some(2, 3*size(facets, 3))
@@ -104,14 +105,14 @@ contains
     allocate (rings%place(2, rings%count), source=some(:, :rings%count))
   end subroutine find_rings
 
-  !> Every ring off the axis is a regular polygon of the same number of corners.
+  !> Checks that every ring off the axis is a regular polygon of the same number of corners.
   pure subroutine check_rings(facets, centre, noise, rings, corners, problem)
     !> Corners (3, 3, n).
     real(wp), intent(in) :: facets(:, :, :)
-    !> x and z of the axis, and the length that is none.
+    !> x and z of the axis, and the tolerance of lengths.
     real(wp), intent(in) :: centre(2), noise
     type(rings_type), intent(in) :: rings
-    !> Corners of a ring.
+    !> Number of corners of a ring.
     integer, intent(out) :: corners
     character(len=:), allocatable, intent(inout) :: problem
     integer :: angle(3*size(facets, 3)), r, n, f, k, found
@@ -139,13 +140,13 @@ contains
     if (corners < fewest_corners) problem = 'a ring has fewer than 24 corners'
   end subroutine check_rings
 
-  !> Distinct angles, and whether their distances are all the same.
+  !> Counts the distinct angles, and checks whether their spacing is uniform.
   pure subroutine count_angles(angle, found, regular)
-    !> Angles in steps, rising.
+    !> Angles in steps, increasing.
     integer, intent(in) :: angle(:)
-    !> Distinct ones.
+    !> Number of distinct angles.
     integer, intent(out) :: found
-    !> They are evenly spaced.
+    !> They are uniformly spaced.
     logical, intent(out) :: regular
     integer :: i, gaps(size(angle))
 
@@ -155,7 +156,7 @@ contains
       found = found + 1
       gaps(found) = angle(i) - angle(i - 1)
     end do
-    ! From the last one round to the first; they may be the same corner seen from both sides of the cut.
+    ! From the last angle to the first; they may be the same corner seen from both sides of the branch cut.
     i = angle(1) + nint(2.0_wp*pi/angle_step) - angle(size(angle))
     if (i > angle_noise/angle_step) then
       found = found + 1
@@ -165,10 +166,10 @@ contains
     if (regular) regular = maxval(gaps(:found)) - minval(gaps(:found)) <= 2.0_wp*angle_noise/angle_step
   end subroutine count_angles
 
-  !> Rings that share facets lie beside each other; a ring that is filled lies beside the axis.
+  !> Links rings that share facets; a ring that is filled is adjacent to the axis.
   pure subroutine link_rings(rings, noise, problem)
     type(rings_type), intent(inout) :: rings
-    !> Length that is none.
+    !> Tolerance of lengths.
     real(wp), intent(in) :: noise
     !> Why the facets do not follow the rings.
     character(len=:), allocatable, intent(inout) :: problem
@@ -194,13 +195,13 @@ contains
     end do
   end subroutine link_rings
 
-  !> Note that a ring lies beside another.
+  !> Marks a ring as adjacent to another.
   pure subroutine link(beside, a, b, problem)
-    !> The rings beside each one.
+    !> Rings adjacent to each one.
     integer, intent(inout) :: beside(:, :)
-    !> The ring, and the one beside it.
+    !> The ring, and the adjacent one.
     integer, intent(in) :: a, b
-    !> Set when there are more than two.
+    !> Set if there are more than two.
     character(len=:), allocatable, intent(inout) :: problem
 
     if (any(beside(:, a) == b)) return
@@ -213,10 +214,10 @@ contains
     end if
   end subroutine link
 
-  !> Walk along the section from an end at the axis, or round it when it has none.
+  !> Traverses the section from an end at the axis, or around it if it has none.
   pure subroutine walk_rings(rings, noise, profile, problem)
     type(rings_type), intent(in) :: rings
-    !> Length that is none.
+    !> Tolerance of lengths.
     real(wp), intent(in) :: noise
     !> Corners, counter-clockwise (2, m).
     real(wp), allocatable, intent(out) :: profile(:, :)
@@ -250,11 +251,11 @@ contains
     if (polygon_area(profile) < 0.0_wp) profile = profile(:, n:1:-1)
   end subroutine walk_rings
 
-  !> Put a corner behind those there are.
+  !> Appends a corner to a path.
   pure subroutine append_corner(corner, path, n)
     !> Radius and height.
     real(wp), intent(in) :: corner(2)
-    !> Corners so far, and how many.
+    !> Corners so far, and their number.
     real(wp), intent(inout) :: path(:, :)
     integer, intent(inout) :: n
 
@@ -262,7 +263,7 @@ contains
     path(:, n) = corner
   end subroutine append_corner
 
-  !> Volume of a polygon turned about the axis (Pappus): 2 pi int r dA.
+  !> Volume of a polygon revolved about the axis (Pappus): 2 pi int r dA.
   pure real(wp) function turned_volume(polygon) result(volume)
     !> Radius and height of its vertices, counter-clockwise (2,n).
     real(wp), intent(in) :: polygon(:, :)

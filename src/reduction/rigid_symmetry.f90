@@ -1,9 +1,9 @@
-!> Proofs of rigid bodies and their contacts for the reductions of a scene: that they do not depend on an axis, that
-!> each has a mirror image, that they are turned about an axis.
+!> Checks of rigid bodies and their contacts for the reductions of a scene: that they are independent of an axis, that
+!> each has a mirror image, or that they are figures of revolution.
 !>
-!> A body is a shape with its motions and loads in every phase and its contacts. Motions along what is left out and
-!> turning that a symmetry does not allow refuse it. Friction with an angle is not associated, so that AUTO does not
-!> take a half for it unasked (`contact_is_associated`).
+!> A body is compared by its shape, its motions and loads in every phase, and its contacts. Motions along an omitted
+!> axis and rotations that a symmetry does not allow prevent the reduction. Friction with an angle is not associated, so
+!> that AUTO does not use a half model with it automatically (`contact_is_associated`).
 module qsmpm_rigid_symmetry
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -21,12 +21,12 @@ module qsmpm_rigid_symmetry
   public :: require_rigid_uniform, require_rigid_mirrored, require_rigid_round, contact_is_associated
   public :: flatten_rigid_bodies, half_rigid_bodies, reduce_rigid_history, mirror_rigid_history
 
-  !> Sides of a plane a body may lie on: across it, below, above.
+  !> Positions of a body relative to a plane: across it, below, above.
   integer, parameter :: rigid_across = 0, rigid_below = 1, rigid_above = 2
 
 contains
 
-  !> Name and place of a body for a reason.
+  !> Returns name and position in the deck of a body for a reason.
   pure function named(body) result(text)
     type(rigid_body_type), intent(in) :: body
     character(len=:), allocatable :: text
@@ -34,7 +34,7 @@ contains
     text = card('*RIGID BODY', body%name, body%where)
   end function named
 
-  !> Name and place of a motion or load for a reason.
+  !> Returns name and position in the deck of a motion or load for a reason.
   pure function card_of(move) result(text)
     type(rigid_move_type), intent(in) :: move
     character(len=:), allocatable :: text
@@ -42,7 +42,7 @@ contains
     text = trim(merge('*LOAD', '*MOVE', move%is_load))//card(' of', move%body, move%where)
   end function card_of
 
-  !> Whether no contact has friction with an angle.
+  !> Checks whether no contact has friction with an angle.
   pure logical function contact_is_associated(scene) result(yes)
     type(examined_type), intent(in) :: scene
 
@@ -51,7 +51,7 @@ contains
       yes = all(.not. scene%contacts%friction_angle > 0.0_wp .and. .not. scene%contacts%interface > 0.0_wp)
   end function contact_is_associated
 
-  !> Bodies, motions, loads and contacts do not depend on an axis and have no part along it.
+  !> Checks that bodies, motions, loads and contacts are independent of an axis and have no component along it.
   pure subroutine require_rigid_uniform(scene)
     type(examined_type), intent(inout) :: scene
     integer :: b, i, p
@@ -75,7 +75,7 @@ contains
     if (scene%axis /= 3) call require_no_moments(scene)
   end subroutine require_rigid_uniform
 
-  !> Whether a body goes through the whole grid along an axis.
+  !> Checks whether a body extends through the whole grid along an axis.
   pure logical function is_uniform(scene, body) result(yes)
     type(examined_type), intent(in) :: scene
     type(rigid_body_type), intent(in) :: body
@@ -88,7 +88,7 @@ contains
       case (rigid_polygon)
         yes = scene%axis == 3
       case (rigid_box)
-        ! Its round ends lie beyond the grid.
+        ! Its rounded ends are beyond the grid.
         margin = body%round
         if (margin < 0.0_wp) margin = maxval(lines(2:) - lines(:size(lines) - 1))
         yes = scene%axis == 3 .and. .not. any(abs(body%rotation) > 0.0_wp) .and. body%box(scene%axis, &
@@ -99,7 +99,7 @@ contains
     end associate
   end function is_uniform
 
-  !> Whether a body is moved along an axis, or free to move along it.
+  !> Checks whether a body is moved along an axis, or free to move along it.
   pure logical function moves_along(move, axis)
     type(rigid_move_type), intent(in) :: move
     integer, intent(in) :: axis
@@ -108,7 +108,8 @@ contains
     if (move%is_load) moves_along = move%component == axis
   end function moves_along
 
-  !> Whether a body is turned about another axis than one, or free to turn about z where that is another.
+  !> Checks whether a body is rotated about another axis than the given one, or free to rotate about z if that is
+  !> another.
   pure logical function turns_off(move, axis)
     type(rigid_move_type), intent(in) :: move
     integer, intent(in) :: axis
@@ -119,14 +120,14 @@ contains
     turns_off = any(abs(move%rotation) > 0.0_wp .and. other) .or. (axis /= 3 .and. may_turn(move))
   end function turns_off
 
-  !> Whether a load has to do with turning: a moment, or a force in a place.
+  !> Checks whether a load causes rotation: a moment, or a force with a point of application.
   pure logical function may_turn(load)
     type(rigid_move_type), intent(in) :: load
 
     may_turn = load%is_load .and. (load%component > 3 .or. any(load%placed))
   end function may_turn
 
-  !> No history reads a moment.
+  !> Checks that no history is a moment.
   pure subroutine require_no_moments(scene)
     type(examined_type), intent(inout) :: scene
     integer :: i
@@ -137,7 +138,7 @@ contains
     end do
   end subroutine require_no_moments
 
-  !> Every body has an image that moves, is loaded and is touched like it.
+  !> Checks that every body has an image with the same motion, loads and contacts.
   pure subroutine require_rigid_mirrored(scene)
     type(examined_type), intent(inout) :: scene
     integer :: b, i, p
@@ -166,7 +167,8 @@ contains
     call require_moments_in_plane(scene)
   end subroutine require_rigid_mirrored
 
-  !> The moment of the image of a plane is that about another point unless the point lies in the plane of symmetry.
+  !> Checks that the reference point of the moment of a plane is in the plane of symmetry; otherwise the moment of its
+  !> image refers to another point.
   pure subroutine require_moments_in_plane(scene)
     type(examined_type), intent(inout) :: scene
     integer :: i
@@ -185,7 +187,7 @@ contains
     end do
   end subroutine require_moments_in_plane
 
-  !> Body that is the mirror image of a body, 0 for none.
+  !> Returns the body that is the mirror image of a body, 0 for none.
   pure integer function rigid_partner(scene, number) result(partner)
     type(examined_type), intent(in) :: scene
     integer, intent(in) :: number
@@ -198,11 +200,11 @@ contains
     end do
   end function rigid_partner
 
-  !> Whether a body is the mirror image of another.
+  !> Checks whether a body is the mirror image of another.
   pure logical function are_images(body, other, axis, plane, tolerance) result(yes)
     type(rigid_body_type), intent(in) :: body, other
     integer, intent(in) :: axis
-    !> The plane and the length that is none.
+    !> Coordinate of the plane and tolerance of lengths.
     real(wp), intent(in) :: plane, tolerance
     real(wp) :: place(3), direction(3)
 
@@ -233,7 +235,7 @@ contains
     end select
   end function are_images
 
-  !> On which side of the plane of symmetry a body lies.
+  !> Returns the side of the plane of symmetry on which a body is.
   pure integer function rigid_side(scene, body) result(side)
     type(examined_type), intent(in) :: scene
     type(rigid_body_type), intent(in) :: body
@@ -264,8 +266,8 @@ contains
     if (low >= scene%plane - scene%nothing) side = rigid_above
   end function rigid_side
 
-  !> Whether the mirror image of a motion or load is among those of its phase; a body that is its own image neither
-  !> moves nor is free across the plane.
+  !> Checks whether the mirror image of a motion or load is among those of its phase; a body that is its own image
+  !> neither moves nor is free across the plane.
   pure logical function move_has_image(scene, phase, move) result(found)
     type(examined_type), intent(in) :: scene
     integer, intent(in) :: phase
@@ -294,7 +296,7 @@ contains
     end do
   end function move_has_image
 
-  !> Whether the mirror image of a contact is among the contacts.
+  !> Checks whether the mirror image of a contact is among the contacts.
   pure logical function contact_has_image(scene, contact) result(found)
     type(examined_type), intent(in) :: scene
     type(contact_type), intent(in) :: contact
@@ -319,7 +321,7 @@ contains
     end do
   end function contact_has_image
 
-  !> Bodies are turned about a vertical axis, and move and are loaded along it.
+  !> Checks that bodies are figures of revolution about a vertical axis, and move and are loaded along it.
   pure subroutine require_rigid_round(scene, centre, cut)
     type(examined_type), intent(inout) :: scene
     !> x and z of the axis, and whether the grid begins there along x and along z.
@@ -330,7 +332,7 @@ contains
 
     if (.not. allocated(scene%rigid_bodies)) return
     do b = 1, size(scene%rigid_bodies)
-      ! Whether a body is turned about a vertical axis.
+      ! Whether a body is a figure of revolution about a vertical axis.
       select case (scene%rigid_bodies(b)%shape)
       case (rigid_plane)
         yes = .not. any(abs(scene%rigid_bodies(b)%direction([1, 3])) > 0.0_wp)
@@ -358,13 +360,13 @@ contains
     end do
   end subroutine require_rigid_round
 
-  !> Bodies in the plane, or by radius and height: what they have along z is left out, and along x in axisymmetry; loads
-  !> on them are shares of those of the scene.
+  !> Converts bodies to the plane, or to radius and height: components along z are removed, and along x in axisymmetry;
+  !> their loads are divided by the factor of the scene.
   pure subroutine flatten_rigid_bodies(scene, axes, factor)
     type(examined_type), intent(inout) :: scene
-    !> Axes of which nothing stays.
+    !> Omitted axes.
     integer, intent(in) :: axes(:)
-    !> Forces of the scene over those of the smaller one.
+    !> Forces of the scene relative to those of the smaller one.
     real(wp), intent(in) :: factor
     integer :: b, i, p
 
@@ -382,15 +384,15 @@ contains
     end do
   end subroutine flatten_rigid_bodies
 
-  !> A history of a rigid body that is the same all along what is left out: forces and moments count as often as the
-  !> smaller scene does; what goes along an axis that is left out is nothing.
+  !> Converts a history of a rigid body that is uniform along the omitted axes: forces and moments are multiplied by the
+  !> factor of the scene; components along an omitted axis are zero.
   pure subroutine reduce_rigid_history(history, gone, factor, value_factor)
     type(history_type), intent(inout) :: history
-    !> Components that are nothing.
+    !> Components that are zero.
     integer, intent(in) :: gone(:)
-    !> Forces of the scene over those of the smaller one.
+    !> Forces of the scene relative to those of the smaller one.
     real(wp), intent(in) :: factor
-    !> Value of the scene over that of the smaller one; stays for other histories.
+    !> Value of the scene relative to that of the smaller one; unchanged for other histories.
     real(wp), intent(inout) :: value_factor
 
     if (.not. is_taken_at(history%quantity, at_rigid_body)) return
@@ -402,19 +404,19 @@ contains
     end if
   end subroutine reduce_rigid_history
 
-  !> A history of a rigid body in the half below a mirror: of a body across the plane both halves count, one beyond it
-  !> is read from its image.
+  !> Converts a history of a rigid body to the half below a mirror plane: a body across the plane counts with both
+  !> halves, one beyond it is replaced by its image.
   pure subroutine mirror_rigid_history(scene, history, value_factor)
     type(examined_type), intent(in) :: scene
     type(history_type), intent(inout) :: history
-    !> Value of the scene over that of the half.
+    !> Value of the scene relative to that of the half.
     real(wp), intent(inout) :: value_factor
     integer :: b, partner
     logical :: odd
 
     b = place_named(scene%rigid_bodies, history%body)
     partner = rigid_partner(scene, b)
-    ! A moment about z turns its sense in a mirror along x.
+    ! A moment about z changes its sign under reflection along x.
     odd = history%component == scene%axis
     if (any(history%quantity == [quantity_contact_moment, quantity_body_rotation])) odd = scene%axis == 1
     if (partner == b) then
@@ -426,8 +428,7 @@ contains
     end if
   end subroutine mirror_rigid_history
 
-  !> Bodies beyond the plane are left out with their motions, loads and contacts; of those across it half of the load is
-  !> left.
+  !> Removes bodies beyond the plane with their motions, loads and contacts; those across it have half of the load.
   pure subroutine half_rigid_bodies(scene)
     type(examined_type), intent(inout) :: scene
     type(rigid_body_type), allocatable :: bodies(:)

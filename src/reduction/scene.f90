@@ -1,8 +1,8 @@
-!> The smallest model that answers a scene: the reductions are tried in turn, each is proved from the
-!> data of the deck before it is used, and the verdicts are kept for the plan and the log.
+!> Search for the smallest model that gives the results of a scene: the reductions are tried in turn, each is checked by
+!> the data of the deck before it is used, and the results of the checks are stored for the plan and the log.
 !>
-!> With *MODEL, TYPE=AUTO what is proved is used; otherwise the verdicts only tell what could be. A
-!> mirror is used unasked only where `reason_against_mirror` has nothing against it.
+!> With *MODEL, TYPE=AUTO admissible reductions are used; otherwise the checks only report them. A mirror is used
+!> automatically only if `reason_against_mirror` returns no reason.
 module qsmpm_scene
   use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_yes, mirror_no
   use qsmpm_phase_description, only: initial_given
@@ -19,21 +19,21 @@ module qsmpm_scene
 
   public :: reduce_scene, check_text
 
-  !> What is tried, in this order: kind and axis.
+  !> Reductions in the order in which they are tried: kind and axis.
   integer, parameter :: tries(2, 5) = reshape([reduce_prismatic, 3, reduce_revolved, 0, reduce_column, 1, &
     reduce_mirror, 1, reduce_mirror, 3], [2, 5])
 
 contains
 
-  !> Find the smallest model.
+  !> Finds the smallest model.
   subroutine reduce_scene(scene, model, expansion, checks)
-    !> The scene as the deck says it.
+    !> The scene of the deck.
     type(analysis_type), intent(in) :: scene
-    !> What is to be modelled: the scene itself when nothing is used.
+    !> The model: the scene itself if no reduction is used.
     type(analysis_type), intent(out) :: model
-    !> The way back, without steps when nothing is used.
+    !> Expansion of the model, without steps if no reduction is used.
     type(expansion_type), intent(out) :: expansion
-    !> What was found, one for each try.
+    !> Results of the checks, one for each trial.
     type(reduction_check_type), allocatable, intent(out) :: checks(:)
     type(examined_type), allocatable :: smaller
     type(reduction_type) :: step
@@ -55,7 +55,7 @@ contains
         cycle
       end if
       call take_if_wanted(scene, smaller, checks(i))
-      ! Where the deck wants no reduction the verdicts go on as if it did.
+      ! If the deck requests no reduction, the further checks assume the reduced scene nevertheless.
       if (.not. (checks(i)%used .or. .not. scene%reduce)) cycle
       call apply(checks(i)%kind, figure, smaller, step)
       call move_stops(step, smaller)
@@ -65,7 +65,7 @@ contains
     end do
   end subroutine reduce_scene
 
-  !> Prove one reduction, or find why it is not possible.
+  !> Checks one reduction, or finds why it is not possible.
   subroutine judge(scene, kind, figure)
     !> The scene so far, examined for its axis.
     type(examined_type), intent(inout) :: scene
@@ -116,12 +116,12 @@ contains
     end select
   end subroutine judge
 
-  !> Decide on a reduction that is proved.
+  !> Decides whether an admissible reduction is used.
   pure subroutine take_if_wanted(scene, smaller, check)
-    !> The scene as the deck says it, and so far.
+    !> The scene of the deck, and the scene so far.
     type(analysis_type), intent(in) :: scene
     type(examined_type), intent(in) :: smaller
-    !> What was found, and what is done.
+    !> Result of the check, and what is done.
     type(reduction_check_type), intent(inout) :: check
     character(len=:), allocatable :: reason_against
 
@@ -133,7 +133,7 @@ contains
       if (scene%mirror == mirror_no) reason_against = 'refused by MIRROR=NO of *MODEL'
     end if
     if (.not. scene%reduce) then
-      ! A reservation stands behind another sentence.
+      ! A reservation is appended to another sentence.
       if (len(reason_against) > 0) reason_against = ' with MIRROR=YES ('// &
         reason_against(:index(reason_against//';', ';') - 1)//')'
       reason_against = 'TYPE=AUTO of *MODEL takes it'//reason_against
@@ -142,15 +142,15 @@ contains
     if (.not. check%used) check%reason = reason_against
   end subroutine take_if_wanted
 
-  !> Make the smaller scene.
+  !> Makes the smaller scene.
   pure subroutine apply(kind, figure, scene, step)
     !> One of the reduce_* values.
     integer, intent(in) :: kind
     !> Section of a figure of revolution.
     type(revolved_solid_type), intent(in) :: figure
-    !> The scene so far, examined; the smaller one.
+    !> The scene so far, examined; on return the smaller one.
     type(examined_type), intent(inout) :: scene
-    !> The way back.
+    !> Expansion step.
     type(reduction_type), intent(out) :: step
 
     select case (kind)
@@ -165,7 +165,7 @@ contains
     end select
   end subroutine apply
 
-  !> A verdict as a sentence.
+  !> Returns the result of a check as a sentence.
   pure function check_text(check) result(text)
     type(reduction_check_type), intent(in) :: check
     character(len=:), allocatable :: text

@@ -1,6 +1,6 @@
-!> Modulus of soil that is pressed along the vertical and held sideways, M, as its law answers from where it is: of clay
-!> on its virgin line that of the line, of clay that swells the elastic one. It tells how far the front of a pore
-!> pressure gets (qsmpm_face_leak).
+!> Confined modulus M of a material point: the stiffness that its constitutive model returns for vertical compression
+!> without lateral strain from the current state. Normally consolidated clay has that of the virgin line, swelling clay
+!> the elastic one. It determines how far the drainage front advances (qsmpm_face_leak).
 module qsmpm_confined_modulus
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: batch_type, tangent_none, status_ok
@@ -13,17 +13,18 @@ module qsmpm_confined_modulus
 
   public :: confined_modulus
 
-  !> Strain of the trial.
+  !> Vertical strain of the trial.
   real(wp), parameter :: trial = 1.0e-6_wp
 
 contains
 
-  !> Of a material point; 0 where its law gives none. Models of users are not asked: the elastic one of their scales.
+  !> Returns the confined modulus of a material point, 0 where its law yields none. User-defined models are not
+  !> evaluated; their elastic modulus follows from the stiffness scales.
   function confined_modulus(model, p, pressure) result(modulus)
     type(model_type), intent(in) :: model
     !> Number of the point.
     integer, intent(in) :: p
-    !> Excess pressure there: suction lets the soil swell.
+    !> Excess pressure there; under suction the soil swells.
     real(wp), intent(in) :: pressure
     real(wp) :: modulus, gradient(3, 3), strain, answer
     type(batch_type) :: batch
@@ -46,7 +47,7 @@ contains
       batch%number = p
       batch%cell = points%cell(p)
       batch%place(:, 1) = points%position(:law%dimension, p)
-      ! Soil that creeps does so in no time.
+      ! No time passes, so that creep laws do not creep.
       batch%step_info%phase_time = 0.0_wp
       call law%update(batch, tangent_none)
       if (batch%status(1) /= status_ok) return

@@ -1,8 +1,8 @@
-!> Soil from which pore water flows in time: in which phases it does, at which nodes it leaves, and whether a deck can
-!> have it. The equations are qsmpm_pore_flow.
+!> Consolidation: the phases in which pore water flows in time, the nodes at which it drains, pressures interpolated to
+!> the material points, and the checks of a deck. The equations are in qsmpm_pore_flow.
 !>
-!> Water leaves at faces in air, where the mesh ends upwards, and at sets that the card opens; the sides and the base of
-!> the mesh and what is beside soil without permeability are closed. docs/methods/consolidation.md
+!> Water drains at exposed faces, where the mesh ends upwards, and at node sets that *CONSOLIDATION opens; the sides and
+!> the base of the mesh and interfaces to impermeable soil are closed. docs/methods/consolidation.md
 module qsmpm_consolidation
   use qsmpm_kinds, only: wp, pi
   use qsmpm_active_bodies, only: bodies_active, body_materials
@@ -31,16 +31,16 @@ module qsmpm_consolidation
   public :: permeable_points, excess_pressure, filled_pores, still_water_forces, drained_nodes, closed_note, &
     check_consolidation
 
-  !> Nodal field with the excess pore pressure.
+  !> Name of the nodal field of the excess pore pressure.
   character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
-  !> What points get of the pressure of the nodes.
+  !> Quantities that are interpolated from the nodal pressure to the points.
   integer, parameter :: itself = 0, filling = 1, acting = 2
-  !> Stands for the permeability beside soil at nodes whose pressure is held at a face; in a well it is larger.
+  !> Represents an adjacent permeability at nodes of faces with fixed pressure; at wells it is larger.
   real(wp), parameter :: at_face = 0.5_wp*huge(1.0_wp)
 
 contains
 
-  !> Points whose material lets water through (points).
+  !> Marks the points whose material is permeable (points).
   pure function permeable_points(model) result(permeable)
     type(model_type), intent(in) :: model
     logical :: permeable(model%state%points%count)
@@ -48,7 +48,7 @@ contains
     permeable = model%analysis%materials(model%state%points%material)%permeability(1) > 0.0_wp
   end function permeable_points
 
-  !> Excess pore pressure at the points; 0 where there is no such field (points).
+  !> Returns the excess pore pressure at the points; 0 where there is no such field (points).
   pure function excess_pressure(model) result(pressure)
     type(model_type), intent(in) :: model
     real(wp) :: pressure(model%state%points%count)
@@ -61,7 +61,7 @@ contains
       model%state%progress%phase) > 0))
   end function excess_pressure
 
-  !> Filled share of the pores under a free surface, 1 in what is tight (points).
+  !> Returns the degree of saturation of the pores under a free surface, 1 in impermeable material (points).
   pure function filled_pores(model) result(share)
     type(model_type), intent(in) :: model
     real(wp) :: share(model%state%points%count)
@@ -72,12 +72,12 @@ contains
     where (.not. permeable_points(model)) share = 1.0_wp
   end function filled_pores
 
-  !> What corners of cells have, at the points; 0 where no water flows (points).
+  !> Interpolates corner values of the cells to the points; 0 in impermeable material (points).
   pure function at_points(model, nodal, kind) result(values)
     type(model_type), intent(in) :: model
     !> Pressure (mesh nodes or more).
     real(wp), intent(in) :: nodal(:)
-    !> The pressure itself, the filled share under a free surface, or what it puts on the skeleton.
+    !> The pressure itself, the degree of saturation under a free surface, or the pressure acting on the skeleton.
     integer, intent(in) :: kind
     real(wp) :: values(model%state%points%count)
     real(wp) :: shape(8), share(8), slope(8), suction(model%mesh%node_count)
@@ -101,11 +101,11 @@ contains
     where (.not. permeable_points(model)) values = 0.0_wp
   end function at_points
 
-  !> Force on the points of water that fills pores under a free surface, as if it were at rest, by the pressure at the
-  !> start of the step: lift of full ground, and its weight (dimension, points).
+  !> Returns the force of the pore water under a free surface on the points as if it were at rest, from the pressure at
+  !> the start of the step: buoyancy of saturated ground, and weight of the water (dimension, points).
   pure function still_water_forces(model, gravity) result(force)
     type(model_type), intent(in) :: model
-    !> As it stands (dimension).
+    !> Current gravity (dimension).
     real(wp), intent(in) :: gravity(:)
     real(wp) :: force(size(gravity), model%state%points%count)
     real(wp) :: nodal(model%space%node_count), filled(model%state%points%count)
@@ -129,7 +129,7 @@ contains
     end associate
   end function still_water_forces
 
-  !> Nodes at which water leaves (mesh nodes).
+  !> Marks the nodes at which water drains (mesh nodes).
   pure function drained_nodes(model, card) result(drained)
     type(model_type), intent(in) :: model
     type(consolidation_type), intent(in) :: card
@@ -159,9 +159,9 @@ contains
     end associate
   end function drained_nodes
 
-  !> It is for quadratic cells that go with the ground, and for soil whose permeability is known.
+  !> Checks that *CONSOLIDATION is used with quadratic cells that move with the material and soil of known permeability.
   subroutine check_consolidation(model, diagnostics)
-    !> Its notes tell of steps that are short.
+    !> Receives notes on phases in which the drainage front does not cross a cell.
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     logical :: checked(size(model%analysis%materials))
@@ -191,7 +191,7 @@ contains
     end do
   end subroutine check_consolidation
 
-  !> The word on a phase that begins and whose water can leave nowhere, else empty.
+  !> Returns the warning of a phase without drained boundary, else an empty text.
   function closed_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -209,7 +209,7 @@ contains
     end associate
   end function closed_note
 
-  !> Permeabilities that are to follow the void ratio or the suction, and do not.
+  !> Notes permeability laws of void ratio or suction that have no effect.
   subroutine note_idle_laws(model)
     type(model_type), intent(inout) :: model
     integer :: m, p
@@ -227,16 +227,16 @@ contains
     end do
   end subroutine note_idle_laws
 
-  !> The word on soils that drain, in a phase, to nodes at which the pressure falls at once: beside soil that lets water
-  !> go much faster, and has time to, at open sets within the ground, and at faces that are held. Their cells there
-  !> then drain as a whole, until the front has crossed them.
+  !> Returns the notes on soils that drain, in a phase, to nodes whose pressure falls instantaneously: next to soil of
+  !> much larger permeability, given sufficient time, at open sets within the ground, and at faces of fixed pressure.
+  !> Their cells there drain as a whole until the drainage front has crossed them.
   function front_notes(model, number) result(text)
     type(model_type), intent(in) :: model
     integer, intent(in) :: number
     character(len=:), allocatable :: text
-    !> Shares of what leaves from which it is a note, and a warning, and the largest that is told.
+    !> Relative errors of the outflow from which a note and a warning are given, and the largest that is reported.
     real(wp), parameter :: told = 0.05_wp, too_much = 0.5_wp, most = 9.0_wp, long = 1.0e6_wp
-    !> Time over that of a cell from which nothing is told.
+    !> Time relative to that of a cell (h^2/c) from which nothing is reported.
     real(wp), parameter :: crossed = 1.0_wp/(16.0_wp*told)
     logical :: active(size(model%analysis%bodies))
     real(wp), dimension(size(model%analysis%materials)) :: width, fast
@@ -285,15 +285,15 @@ contains
     end do
   end function front_notes
 
-  !> Of nodes at which the pressure of a soil falls at once the permeability that makes it, without end where it is
-  !> held; 0 for others (mesh nodes, materials).
+  !> Returns, for nodes at which the pressure of a soil falls instantaneously, the permeability that causes it,
+  !> unlimited at fixed pressure; 0 for others (mesh nodes, materials).
   pure function permeability_beside(model, number, active) result(beside)
     type(model_type), intent(in) :: model
     integer, intent(in) :: number
-    !> Bodies that are there.
+    !> Active bodies.
     logical, intent(in) :: active(:)
     real(wp) :: beside(model%mesh%node_count, size(model%analysis%materials))
-    !> Permeability over that of a soil from which on it holds no pressure.
+    !> Ratio to the permeability of a soil above which the adjacent soil holds no pressure.
     real(wp), parameter :: much = 30.0_wp
     real(wp) :: fastest(model%mesh%node_count)
     logical, dimension(model%mesh%node_count) :: drained, inside, well
@@ -338,21 +338,21 @@ contains
     end do
   end function permeability_beside
 
-  !> Share by which what leaves a half space is too large where the node at its face is held, of a load that comes
-  !> evenly, by c t/h^2.
+  !> Relative error of the outflow from a half space with the face node held at p = 0, under a load that grows linearly
+  !> in time; argument c t/h^2.
   pure real(wp) function early_excess(time) result(excess)
     real(wp), intent(in) :: time
-    !> Up to it what has left is still the share of the cell, h/12^1/2, over 4/3 (c t/pi)^1/2, and half more.
+    !> Up to this time the outflow is the share of the cell, h/12^1/2, over 4/3 (c t/pi)^1/2, and one half more.
     real(wp), parameter :: early = 0.02_wp
 
     excess = merge(sqrt(3.0_wp*pi/time)/8.0_wp + 0.5_wp, 1.0_wp/(16.0_wp*time), time < early)
   end function early_excess
 
-  !> Every body has a permeability, and water has one way to take pressure.
+  !> Checks that every body has a permeability and that its material is not *UNDRAINED too.
   subroutine check_soil(analysis, number, checked, diagnostics)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
-    !> Materials of which it has been said.
+    !> Materials already checked.
     logical, intent(inout) :: checked(:)
     type(diagnostics_type), intent(inout) :: diagnostics
     logical :: active(size(analysis%bodies))

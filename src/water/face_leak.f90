@@ -1,20 +1,20 @@
-!> Faces at which water leaves: how the pressure of their nodes falls while it leaves from within the cells beside them.
-!> A node held at p = 0 would drain a good quarter of its cell at once, however short the time.
+!> Drained faces: decay of the nodal pressure at a face while water drains from the adjacent cells. A node fixed at
+!> p = 0 would drain slightly more than a quarter of its cell at once, however short the time.
 !>
-!> Let a half space in cells of height h, whose pressures are linear and whose strains follow them, drain from a
-!> pressure J that comes at once. Water leaves as it should, at q = J (k/(pi M t))^1/2 (Carslaw and Jaeger 1959,
-!> section 2.4), if the node at its face has
+!> Let a half space of cells of height h, with linear pressures and corresponding strains, drain from a pressure J
+!> applied instantaneously. The outflow is correct, q = J (k/(pi M t))^1/2 (Carslaw and Jaeger 1959, section 2.4), if
+!> the node at the face has
 !>
 !>   p = J erfc (12 c t/h^2)^1/2,      k = K/gamma_w,  c = k M,
 !>
-!> J (1/s - 1/(s (1 + s h^2/(12 c))^1/2)) by Laplace's transform. As J comes bit by bit, p is the sum of what is left of
-!> each. J is the pressure there would be if nothing left: p and what the loss w of the node has lowered it by,
+!> J (1/s - 1/(s (1 + s h^2/(12 c))^1/2)) in the Laplace domain. As J grows in increments, p is the sum of the
+!> remainders of all increments. J is the pressure without drainage: p plus its reduction by the loss w of the node,
 !>
 !>   dJ = dp + 12^1/2 M/(h A) dw,      erfc x^1/2 = 1/pi int exp(-x (1 + exp 2z)) sech z dz = sum w_i exp(-r_i x),
 !>
-!> A the share of the node in the face, M the constrained modulus. One variable for each term of the sum remembers loads
-!> and times. What leaves is linear in p, and tends to p = 0 as steps are long, to w = 0 as they are short.
-!> docs/methods/consolidation.md
+!> A being the share of the node in the face, M the constrained modulus. One variable for each term of the sum stores
+!> the history of loads and times. The outflow is linear in p, and tends to p = 0 for long steps, to w = 0 for short
+!> ones. docs/methods/consolidation.md
 module qsmpm_face_leak
   use qsmpm_kinds, only: wp, pi
   use qsmpm_analysis, only: axisymmetric
@@ -30,28 +30,28 @@ module qsmpm_face_leak
 
   public :: face_layers_type, find_layers, front_within, constrained_modulus
 
-  !> Name of what is kept of them.
+  !> Name of the stored history variables.
   character(len=*), parameter, public :: layer_name = 'excess pressure of layers at faces'
-  !> Time over h^2/c until which the front lies in the cell.
+  !> Time relative to h^2/c up to which the drainage front is within the cell.
   real(wp), parameter :: within_cell = 0.1_wp
-  !> Terms of the sum, and their spacing in z; the first has the tail below it. erf is off by 5 % at the most from
-  !> c t/h^2 = 3e-5 on.
+  !> Number of terms of the sum, and their spacing in z; the first includes the tail below it. The error of erf is at
+  !> most 5 % from c t/h^2 = 3e-5 on.
   integer, parameter, public :: terms_of_layer = 6
   real(wp), parameter :: spacing = 1.4_wp
   real(wp), parameter :: place(terms_of_layer) = spacing*[-1, 0, 1, 2, 3, 4], &
     share(2:terms_of_layer) = spacing/(pi*cosh(place(2:))), weight(terms_of_layer) = [1.0_wp - sum(share), share], &
     rate(terms_of_layer) = 1.0_wp + exp(2.0_wp*place)
 
-  !> The nodes of these faces in a step.
+  !> Nodes of drained faces in a step.
   type :: face_layers_type
-    !> Loss by which a unit of pressure falls, sum A h/(12^1/2 M), 0 where p is no matter of a face; 12 c/h^2 (nodes).
+    !> Loss per unit drop of pressure, sum A h/(12^1/2 M), 0 at other nodes; 12 c/h^2 (nodes).
     real(wp), allocatable :: capacity(:), pace(:)
-    !> Variables of the terms beyond p at the start of the step (terms, nodes).
+    !> Variables of the terms minus p at the start of the step (terms, nodes).
     real(wp), allocatable :: beyond(:, :)
-    !> Of a unit of J that comes evenly over the step, of all there is of p, and of what is beyond it: what is left in
-    !> the end (nodes).
+    !> Remainder at the end of the step of a unit of J that grows linearly over it, of a unit of p at its start, and of
+    !> the variables beyond p (nodes).
     real(wp), allocatable :: follows(:), left(:), past(:)
-    !> Share of a term that is left of what was there, and of what comes evenly (terms, nodes).
+    !> Remainder of each term of its initial value, and of a linear increase (terms, nodes).
     real(wp), allocatable :: decay(:, :), comes(:, :)
   contains
     procedure :: set_time
@@ -61,15 +61,15 @@ module qsmpm_face_leak
 
 contains
 
-  !> The nodes of drained faces, and what their cells hold.
+  !> Finds the nodes of drained faces and the capacities of their cells.
   subroutine find_layers(model, pressure, drained, unit_weight, only_brief, layers)
     type(model_type), intent(in) :: model
-    !> Of the water, and nodes at which it leaves (mesh nodes).
+    !> Excess pressure of the water, and nodes at which it drains (mesh nodes).
     real(wp), intent(in) :: pressure(:)
     logical, intent(in) :: drained(:)
-    !> Of the water.
+    !> Unit weight of the water.
     real(wp), intent(in) :: unit_weight
-    !> Those alone whose front stays in the cell during the phase.
+    !> Restricts the result to faces whose drainage front stays within the cell during the phase.
     logical, intent(in) :: only_brief
     type(face_layers_type), intent(out) :: layers
     logical :: held(model%mesh%node_count)
@@ -119,11 +119,11 @@ contains
     call layers%set_time(0.0_wp)
   end subroutine find_layers
 
-  !> Loss of nodes at faces where pressures fall by 1 at all of them and, as nothing flows within, rise by 2 - 3^1/2 at
-  !> those behind: in a row of nodes that is A h/(12^1/2 M) (mesh nodes).
+  !> Returns the loss of the nodes at faces for a unit drop of pressure at all of them and, as nothing flows within, a
+  !> rise of 2 - 3^1/2 at those behind; in a row of nodes it is A h/(12^1/2 M) (mesh nodes).
   function capacities(model, pressure, at_face) result(capacity)
     type(model_type), intent(in) :: model
-    !> Of the water (mesh nodes).
+    !> Excess pressure of the water (mesh nodes).
     real(wp), intent(in) :: pressure(:)
     logical, intent(in) :: at_face(:)
     real(wp) :: capacity(size(at_face)), shape(8), modulus
@@ -150,11 +150,11 @@ contains
     where (.not. at_face) capacity = 0.0_wp
   end function capacities
 
-  !> What is left at the end of a step that lasts so long.
+  !> Computes the remainders at the end of a step of given duration.
   pure subroutine set_time(self, duration)
     class(face_layers_type), intent(inout) :: self
     real(wp), intent(in) :: duration
-    !> Below it 1 - exp(-x) is x (1 - x/2).
+    !> Below this value 1 - exp(-x) is replaced by x (1 - x/2).
     real(wp), parameter :: brief = 1.0e-6_wp
     real(wp) :: x(terms_of_layer)
     integer :: a
@@ -178,8 +178,8 @@ contains
     end associate
   end subroutine set_time
 
-  !> What leaves by a node in the step, w, from its pressure at the start and at the end, over that outside; its
-  !> derivative by the latter.
+  !> Returns the loss w of a node in the step from its pressures relative to the outside at the start and at the end,
+  !> and its derivative with respect to the latter.
   pure subroutine outflow(self, a, start, final, flow, slope)
     class(face_layers_type), intent(in) :: self
     !> Number of the node.
@@ -191,7 +191,7 @@ contains
     flow = slope*final + self%capacity(a)*(start - (self%left(a)*start + self%past(a))/self%follows(a))
   end subroutine outflow
 
-  !> Variables of the terms beyond the pressure at the end of the step (terms).
+  !> Returns the variables of the terms minus the pressure at the end of the step (terms).
   pure function beyond_after(self, a, start, final) result(beyond)
     class(face_layers_type), intent(in) :: self
     integer, intent(in) :: a
@@ -202,24 +202,25 @@ contains
       + self%comes(:, a)*(final - self%left(a)*start - self%past(a))/self%follows(a) - final
   end function beyond_after
 
-  !> Whether the front of a pressure that leaves by a face stays in the cell there.
+  !> Checks whether the drainage front of a face stays within its cell.
   pure logical function front_within(soil, k, width, time) result(within)
     type(material_type), intent(in) :: soil
-    !> Permeability over the weight of water; width of the cell, time of the phase.
+    !> Permeability over unit weight of water; width of the cell, duration of the phase.
     real(wp), intent(in) :: k, width, time
 
     within = soil%young > 0.0_wp .and. k > 0.0_wp
     if (within) within = time < within_cell*width**2/(k*constrained_modulus(soil))
   end function front_within
 
-  !> Stress over strain where nothing moves sideways, of elastic soil.
+  !> Constrained modulus of elastic soil: stress over strain without lateral strain.
   pure real(wp) function constrained_modulus(soil) result(modulus)
     type(material_type), intent(in) :: soil
 
     modulus = soil%young*(1.0_wp - soil%poisson)/((1.0_wp + soil%poisson)*(1.0_wp - 2.0_wp*soil%poisson))
   end function constrained_modulus
 
-  !> Shares of the corners in a face, in the plane of the mesh, and around the axis where there is one (corners).
+  !> Integrates the corner shape functions over a face, in the plane and, in axisymmetry, weighted by the radius
+  !> (corners).
   pure subroutine find_areas(model, c, f, area, whole)
     type(model_type), intent(in) :: model
     !> Number of the cell, and of its face.

@@ -1,13 +1,13 @@
-!> Ground that consolidates under a surface of the water that is not known: how much of the pores is filled by a pore
-!> pressure, how it presses on the skeleton, and what the bounds of the ground are to the water.
+!> Consolidation under an unknown phreatic surface: degree of saturation as a function of the pore pressure, pressure on
+!> the skeleton, and boundary conditions of the water.
 !>
 !>   S = 1 for p >= 0,  1 + p/(gamma_w c) for -gamma_w c < p < 0,  0 below          c: height of the cells at a node
 !>   or a curve of the soil (qsmpm_retention)
-!>   pi = S p                                                       presses on the skeleton (Bishop 1959, chi = S)
+!>   pi = S p                                                       acts on the skeleton (Bishop 1959, chi = S)
 !>
-!> Below its level a part of the bounds has the pressure of the free water, which presses on the faces there too, and on
-!> those in air beside and above them, as of a wall, as far as its level reaches; above it, and on all other faces in
-!> air, water leaves where p would be positive. docs/methods/consolidation.md
+!> Below its level, a part of the boundary has the pressure of the free water, which also loads the faces there and the
+!> adjacent exposed faces up to the level. Above it, and on all other exposed faces, water drains where p would be
+!> positive. docs/methods/consolidation.md
 module qsmpm_free_surface
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -29,21 +29,22 @@ module qsmpm_free_surface
   public :: water_bounds_type, filling_pressure, kept_water, find_bounds, is_in_air, is_on, looks_up, &
     rows_in_force, former_levels, idle_rows, bounds_note, nodes_within
 
-  !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
+  !> Share of the pores that dry soil still drains per suction that empties the pores, beyond that suction.
   real(wp), parameter, public :: dry = 1.0e-3_wp
-  !> Share of the normal of a face along the vertical from which it looks upwards.
+  !> Vertical share of the normal of a face above which it counts as facing upwards.
   real(wp), parameter :: upwards_from = 0.05_wp
 
-  !> What bounds are to the water.
+  !> Boundary conditions of the water.
   type :: water_bounds_type
-    !> Water leaves where the pressure is larger than that of the free water, or comes in too: held (nodes).
+    !> Nodes that drain where the pressure exceeds that of the free water, and nodes of fixed pressure, at which water
+    !> also enters (nodes).
     logical, allocatable :: open(:), held(:)
-    !> Of the free water, 0 in air; rain in unit time (nodes).
+    !> Pressure of the free water, 0 at exposed faces; rain per unit of time (nodes).
     real(wp), allocatable :: pressure(:), rain(:)
-    !> Row of the card that a node is of, 0 for none (nodes).
+    !> Row of *WATER LEVEL of a node, 0 for none (nodes).
     integer, allocatable :: row(:)
-    !> Whether the free water of a row stands on faces beside its own, and the node where it ends beside ground below
-    !> its level, 0 for none (rows).
+    !> Whether the free water of a row acts on adjacent faces, and the node where it ends next to ground below its
+    !> level, 0 for none (rows).
     logical, allocatable :: beside(:)
     integer, allocatable :: shore(:)
     !> Force of the free water (dimension, nodes).
@@ -52,7 +53,8 @@ module qsmpm_free_surface
 
 contains
 
-  !> Suction under which the pores at a node are empty: the weight of water over the mean height of its cells (nodes).
+  !> Returns the suction at which the pores at a node are empty: unit weight of water times the mean height of its cells
+  !> (nodes).
   pure function filling_pressure(model) result(suction)
     type(model_type), intent(in) :: model
     real(wp) :: suction(model%mesh%node_count)
@@ -78,11 +80,11 @@ contains
       consolidation_of(model%analysis%phases, model%state%progress%phase)))%consolidation%unit_weight
   end function filling_pressure
 
-  !> Water in drainable pores as a share of them: S, and where that is linear a little that dry ground gives off as its
-  !> suction grows, without which rain would change the pressure there by a jump.
+  !> Stored water as a share of the drainable pores: S, and for the linear law a small release of dry soil with growing
+  !> suction, without which rain would change the pressure there discontinuously.
   elemental real(wp) function kept_water(curve, pressure, suction)
     type(curve_type), intent(in) :: curve
-    !> Suction under which the pores are empty, or the least that a curve is over.
+    !> Suction at which the pores are empty, or the smallest over which a curve is resolved.
     real(wp), intent(in) :: pressure, suction
     real(wp) :: slope
 
@@ -90,10 +92,10 @@ contains
     if (.not. curve%alpha > 0.0_wp) kept_water = kept_water + dry*min(0.0_wp, 1.0_wp + pressure/suction)
   end function kept_water
 
-  !> The levels of a phase at a fraction of it: those of the card in force, evenly from what they were.
+  !> Returns the levels in force at a fraction of the phase, interpolated linearly from the former ones.
   pure function rows_in_force(phases, number, fraction) result(rows)
     type(phase_type), intent(in) :: phases(:)
-    !> Of the phase.
+    !> Number of the phase.
     integer, intent(in) :: number
     real(wp), intent(in) :: fraction
     type(head_type), allocatable :: rows(:)
@@ -106,7 +108,7 @@ contains
     if (from == number) rows%level = between(former_levels(phases, number, rows), rows%level, fraction)
   end function rows_in_force
 
-  !> Levels that parts of the bounds had in the flow before a phase; of a new one its own.
+  !> Returns the levels of parts of the boundary in the flow before a phase; a new part has its own level.
   pure function former_levels(phases, number, rows) result(level)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
@@ -132,10 +134,10 @@ contains
     end do
   end function former_levels
 
-  !> The bounds as they stand at a fraction of the phase.
+  !> Determines the boundary conditions at a fraction of the phase.
   pure subroutine find_bounds(model, open, fraction, bounds)
     type(model_type), intent(in) :: model
-    !> Faces in air (mesh nodes).
+    !> Nodes of exposed faces (mesh nodes).
     logical, intent(in) :: open(:)
     real(wp), intent(in) :: fraction
     type(water_bounds_type), intent(out) :: bounds
@@ -176,7 +178,7 @@ contains
     end associate
   end subroutine find_bounds
 
-  !> Corners of cells with ground in a node set: a well or a drain where it has no face.
+  !> Returns the corner nodes of filled cells in a node set: a well or a drain where the set has no face.
   pure function nodes_within(model, name) result(nodes)
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
@@ -198,13 +200,13 @@ contains
     end associate
   end function nodes_within
 
-  !> Free water beside the parts of the bounds that have it.
+  !> Applies the free water to adjacent exposed faces.
   pure subroutine flood(model, rows, filled, given, wet, bounds)
     type(model_type), intent(in) :: model
     type(head_type), intent(in) :: rows(:)
-    !> Cells with ground (cells), faces of a row or of no air (faces, cells).
+    !> Filled cells (cells), faces that belong to a row or are not exposed (faces, cells).
     logical, intent(in) :: filled(:), given(:, :)
-    !> Row whose free water is at a node, 0 for none (mesh nodes).
+    !> Row whose free water reaches a node, 0 for none (mesh nodes).
     integer, intent(inout) :: wet(:)
     type(water_bounds_type), intent(inout) :: bounds
     integer, allocatable :: faces(:, :), ends(:, :)
@@ -230,7 +232,7 @@ contains
       lets_through(model, faces(2, :)))), height, level, bounds%row, bounds%held))
   end subroutine flood
 
-  !> Faces in air that have no row, and their ends: triangles alone have such water.
+  !> Lists the exposed faces without a row and their end nodes; only faces of triangles are treated.
   pure subroutine find_faces(model, filled, given, faces, ends)
     type(model_type), intent(in) :: model
     logical, intent(in) :: filled(:), given(:, :)
@@ -256,7 +258,7 @@ contains
     ends = ends(:, :n)
   end subroutine find_faces
 
-  !> Whether water gets through the soil of some cells.
+  !> Checks whether the soil of cells is permeable.
   pure function lets_through(model, cells) result(through)
     type(model_type), intent(in) :: model
     integer, intent(in) :: cells(:)
@@ -268,11 +270,11 @@ contains
     through = porous(cells)
   end function lets_through
 
-  !> Corners of a face that are under the water of a row.
+  !> Marks the corners of a face that are below the level of a row.
   pure subroutine wet_ends(model, row, number, c, f, wet)
     type(model_type), intent(in) :: model
     type(head_type), intent(in) :: row
-    !> Of the row, the cell, and its face.
+    !> Number of the row, of the cell, and of its face.
     integer, intent(in) :: number, c, f
     integer, intent(inout) :: wet(:)
     integer :: i
@@ -286,10 +288,10 @@ contains
     end associate
   end subroutine wet_ends
 
-  !> Whether there is air beyond a face: beside an empty cell, or looking upwards where the mesh ends.
+  !> Checks whether a face is exposed: next to an empty cell, or facing upwards at the end of the mesh.
   pure logical function is_in_air(model, filled, c, f) result(air)
     type(model_type), intent(in) :: model
-    !> Cells with ground (cells).
+    !> Filled cells (cells).
     logical, intent(in) :: filled(:)
     !> Number of the cell, and of its face.
     integer, intent(in) :: c, f
@@ -301,8 +303,8 @@ contains
     end if
   end function is_in_air
 
-  !> Whether a face where the mesh ends looks upwards and is free: one that is held along the vertical is no ground
-  !> surface (before the first phase nothing is).
+  !> Checks whether a face at the end of the mesh faces upwards and is free: a vertically fixed face is no ground
+  !> surface (before the first phase nothing is fixed).
   pure logical function looks_up(model, c, f)
     type(model_type), intent(in) :: model
     !> Number of the cell, and of its face.
@@ -328,7 +330,7 @@ contains
     end associate
     looks_up = upwards(model%analysis)*out(axis) > upwards_from*norm2(out) .and. .not. held
   contains
-    !> What of a vector is at right angles to another one.
+    !> Component of a vector orthogonal to another one.
     pure function off(vector, other)
       real(wp), intent(in) :: vector(:), other(:)
       real(wp) :: off(size(vector))
@@ -337,7 +339,7 @@ contains
     end function off
   end function looks_up
 
-  !> Rows of the present phase that no face is of.
+  !> Marks the rows of the current phase that apply to no face.
   pure function idle_rows(model) result(idle)
     type(model_type), intent(in) :: model
     logical, allocatable :: idle(:)
@@ -349,8 +351,8 @@ contains
       model%state%progress%phase, 1.0_wp)))])
   end function idle_rows
 
-  !> What the log tells of the levels of a phase: those that no face of the ground has, water that stands beside its
-  !> faces too, and water that ends beside ground in air; empty where there is nothing.
+  !> Returns the notes on the levels of a phase: levels without a face of the ground, water on adjacent faces, and water
+  !> that ends next to exposed ground; empty where there is nothing to report.
   pure function bounds_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -374,7 +376,7 @@ contains
     end associate
   end function bounds_note
 
-  !> Pressure of free water that is told: ground that settles has some on it.
+  !> Pressure of free water from which it is reported: ground that settles below the level is always slightly loaded.
   pure real(wp) function deep(model)
     type(model_type), intent(in) :: model
     integer :: axis
@@ -386,8 +388,8 @@ contains
     end associate
   end function deep
 
-  !> Whether a face is part of a node set, or half of it and more of a surface, whose points go with the ground: one
-  !> that runs around a corner by a little has no other side.
+  !> Checks whether a face is part of a node set or more than half covered by a surface, whose points move with the
+  !> material; a surface that slightly overlaps an adjacent face at a corner does not count.
   pure logical function is_on(model, name, c, f)
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
@@ -419,7 +421,7 @@ contains
     end associate
   end function is_on
 
-  !> Area of a face, in axisymmetry its length.
+  !> Area of a face; in axisymmetry its length.
   pure real(wp) function area_of_face(mesh, c, f) result(total)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell, and of its face.
@@ -437,11 +439,11 @@ contains
     end do
   end function area_of_face
 
-  !> Level, load and rain on a face.
+  !> Adds level, load and rain of a row on a face.
   pure subroutine take_face(model, row, number, c, f, bounds)
     type(model_type), intent(in) :: model
     type(head_type), intent(in) :: row
-    !> Of the row, the cell, and its face.
+    !> Number of the row, of the cell, and of its face.
     integer, intent(in) :: number, c, f
     type(water_bounds_type), intent(inout) :: bounds
     real(wp), allocatable :: place(:, :), weight(:)
@@ -473,11 +475,11 @@ contains
     end associate
   end subroutine take_face
 
-  !> Level at the corners of a face.
+  !> Applies a level at the corners of a face.
   pure subroutine take_ends(model, row, number, ends, bounds)
     type(model_type), intent(in) :: model
     type(head_type), intent(in) :: row
-    !> Of the row, and of the corners.
+    !> Number of the row, and of the corners.
     integer, intent(in) :: number, ends(:)
     type(water_bounds_type), intent(inout) :: bounds
     real(wp) :: pressure

@@ -1,4 +1,4 @@
-!> What a deck needs whose ground consolidates under a free surface (qsmpm_free_surface).
+!> Checks of decks with consolidation under a free surface (qsmpm_free_surface).
 module qsmpm_free_surface_check
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials, has_stages
@@ -21,11 +21,11 @@ module qsmpm_free_surface_check
 
 contains
 
-  !> Where a phase has one.
+  !> Checks a phase that has a free surface.
   subroutine check_free_surface(model, number, diagnostics)
-    !> Its notes tell of suction.
+    !> Receives notes on suction.
     type(model_type), intent(inout) :: model
-    !> Of the phase.
+    !> Number of the phase.
     integer, intent(in) :: number
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: i
@@ -58,7 +58,7 @@ contains
     end associate
   end subroutine check_free_surface
 
-  !> Plane ground that has water before, and weighs its water once.
+  !> Checks that the mesh consists of triangles, that an earlier phase has water, and that the unit weights agree.
   subroutine check_levels(model, number, level, diagnostics)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: number
@@ -107,7 +107,8 @@ contains
     end associate
   end function height_of
 
-  !> Levels are at faces of the ground, as far as bodies do not come and go (qsmpm_phase_start warns then).
+  !> Checks that levels apply to faces of the ground, unless bodies are activated or removed (qsmpm_phase_start warns
+  !> then).
   subroutine check_parts(model, number, level, diagnostics)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: number
@@ -133,7 +134,7 @@ contains
     end do
   end subroutine check_parts
 
-  !> Water that leaves soil has to be told.
+  !> Checks that permeable soil has a drainable porosity.
   subroutine check_pores(analysis, number, diagnostics)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number

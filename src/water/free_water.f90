@@ -1,6 +1,6 @@
-!> Free water beside the part of the bounds that a deck gives it: it stands on the edges in air that it reaches from
-!> there, as on a wall, as far as its level, but on none below all of that part, as from a pond on a hill it does not
-!> fall; and where it ends beside ground that lies below its level too. docs/methods/seepage.md
+!> Free water adjacent to the part of the boundary to which a level is assigned: it acts on the exposed edges connected
+!> to that part, as on a wall, up to its level, but on none that is entirely below the part, since a pond on a hill does
+!> not drain downhill; and the nodes where it ends next to ground that is also below its level. docs/methods/seepage.md
 module qsmpm_free_water
   use qsmpm_kinds, only: wp
   use qsmpm_rounded_text, only: rounded_place
@@ -9,22 +9,22 @@ module qsmpm_free_water
 
   public :: spread_water, find_shores, beside_text, shore_text
 
-  !> Depth of water that is told of, over the difference of heights: ground that settles has some on it; heights that
-  !> are the same.
+  !> Depth of water from which it is reported, relative to the range of heights, as settled ground is always slightly
+  !> submerged; relative tolerance for equal heights.
   real(wp), parameter, public :: shallow = 1.0e-2_wp
   real(wp), parameter :: level_within = 1.0e-6_wp
 
 contains
 
-  !> The nodes that the water of a row reaches along edges.
+  !> Finds the nodes that the water of a row reaches along edges.
   pure subroutine spread_water(ends, height, reach, closed, wet)
-    !> Nodes of the edges in air (2, edges).
+    !> Nodes of the exposed edges (2, edges).
     integer, intent(in) :: ends(:, :)
-    !> Of the nodes, upwards (nodes), and up to which the water of a row may stand (rows).
+    !> Upward heights (nodes), and highest level of each row (rows).
     real(wp), intent(in) :: height(:), reach(:)
-    !> Nodes that are left as they are (nodes).
+    !> Nodes that are not changed (nodes).
     logical, intent(in) :: closed(:)
-    !> Row whose water is at a node, 0 for none (nodes).
+    !> Row whose water reaches a node, 0 for none (nodes).
     integer, intent(inout) :: wet(:)
     real(wp) :: lowest(size(reach)), same
     logical :: spreads
@@ -46,11 +46,11 @@ contains
     end do
   end subroutine spread_water
 
-  !> Nodes at which the water of a row ends beside ground below its level, 0 for none (rows).
+  !> Returns the nodes at which the water of a row ends next to ground below its level, 0 for none (rows).
   pure function find_shores(ends, height, level, row, held) result(shore)
-    !> Nodes of the edges in air of soil that lets water through (2, edges).
+    !> Nodes of the exposed edges of permeable soil (2, edges).
     integer, intent(in) :: ends(:, :)
-    !> Of the nodes, upwards (nodes), and the levels (rows).
+    !> Upward heights (nodes), and levels (rows).
     real(wp), intent(in) :: height(:), level(:)
     !> Row of a node, 0 for none, and whether it has the pressure of free water (nodes).
     integer, intent(in) :: row(:)
@@ -67,7 +67,7 @@ contains
     end do
   end function find_shores
 
-  !> Where else the water of a row stands.
+  !> Returns the note on adjacent faces on which the water of a row acts.
   pure function beside_text(phase, set) result(text)
     character(len=*), intent(in) :: phase, set
     character(len=:), allocatable :: text
@@ -76,7 +76,7 @@ contains
       'level'//new_line('a')
   end function beside_text
 
-  !> The warning of water that ends beside ground in air.
+  !> Returns the warning of water that ends next to exposed ground.
   pure function shore_text(phase, set, place) result(text)
     character(len=*), intent(in) :: phase, set
     !> (dimension)

@@ -1,17 +1,17 @@
-!> Water at rest in the ground, or in a steady flow (qsmpm_seepage): its pressure at the material points and the force
-!> that it puts on them.
+!> Pore water at rest or in steady flow (qsmpm_seepage): its pressure at the material points and the force that it
+!> exerts on them.
 !>
 !>   u = gamma_w |g| max(0, level - y)
 !>   f = V_0 gamma_w |g| e_up s - V gamma_w |g| grad(level) s  +  V_0 (gamma_sat - gamma) g s         per material point
 !>
-!> with s the share of the point's box below the level. The laws know effective stresses alone. Their divergence is
-!> balanced by weight and -grad u: the integral of u over the body and the pressure of the water on its outline, where
-!> u has no jump, are together the force above, so that no cut cell and no face has to be integrated. Upwards the
-!> volume is that of the start, as in the weight: a soil that is squeezed out of its water loses the weight of that
-!> water and its lift together, so that V_0 (gamma_sat - gamma_w) is left whatever the strain.
+!> with s the share of the point's box below the level. The laws use effective stresses only; their divergence is
+!> balanced by weight and -grad u. The integral of u over the body and the water pressure on its outline, where u is
+!> continuous, together give the force above, so that no cut cell and no face is integrated. The vertical term uses the
+!> initial volume, as the weight does: soil from which water is squeezed loses weight and buoyancy of that water
+!> together, so that V_0 (gamma_sat - gamma_w) remains at any strain.
 !>
-!> Levels are those of the phase before at its start and those of the phase at its end; pressure and force run evenly
-!> between them. docs/methods/water.md.
+!> Levels are those of the previous phase at the start of a phase and its own at the end; pressure and force are
+!> interpolated linearly between them. docs/methods/water.md.
 module qsmpm_pore_water
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -38,7 +38,7 @@ module qsmpm_pore_water
 
 contains
 
-  !> Whether a phase has a water level.
+  !> Checks whether any phase has a water level.
   pure logical function has_water(analysis)
     type(analysis_type), intent(in) :: analysis
     integer :: p
@@ -46,7 +46,7 @@ contains
     has_water = any([(size(analysis%phases(p)%water_levels) > 0, p=1, size(analysis%phases))])
   end function has_water
 
-  !> Whether the pores may carry a pressure: there is a water level, or a law with an excess pressure.
+  !> Checks whether pore pressures can occur: a water level, consolidation, or a law with excess pressure.
   pure logical function has_pore_pressure(model)
     type(model_type), intent(in) :: model
     integer :: m
@@ -55,10 +55,10 @@ contains
       any([(model%laws(m)%law%state_place(excess_pressure_name) > 0, m=1, size(model%laws))])
   end function has_pore_pressure
 
-  !> What flows in at a part of the bounds in a phase, by the flow that is in force; 0 where none is.
+  !> Returns the inflow at a part of the boundary in a phase from the flow in force; 0 without one.
   pure real(wp) function discharge_in(analysis, number, name) result(discharge)
     type(analysis_type), intent(in) :: analysis
-    !> Of the phase.
+    !> Number of the phase.
     integer, intent(in) :: number
     !> The node set or surface of a row of *WATER LEVEL, TYPE=SEEPAGE.
     character(len=*), intent(in) :: name
@@ -77,7 +77,7 @@ contains
     end do
   end function discharge_in
 
-  !> Whether a part of the bounds has this name.
+  !> Checks whether a part of the boundary has this name.
   elemental logical function is_named(head, name)
     type(head_type), intent(in) :: head
     character(len=*), intent(in) :: name
@@ -85,7 +85,7 @@ contains
     is_named = head%set == name
   end function is_named
 
-  !> Whether any flow has a level at a part of the bounds.
+  !> Checks whether any flow has a level at a part of the boundary.
   pure logical function has_inflow(analysis, name)
     type(analysis_type), intent(in) :: analysis
     character(len=*), intent(in) :: name
@@ -101,7 +101,7 @@ contains
     end do
   end function has_inflow
 
-  !> No water in any body.
+  !> Initialises the tables without water in any body.
   pure subroutine dry_tables(analysis, tables)
     type(analysis_type), intent(in) :: analysis
     !> (bodies)
@@ -113,10 +113,10 @@ contains
     tables%up = upwards(analysis)
   end subroutine dry_tables
 
-  !> Levels at the end of a phase.
+  !> Finds the levels at the end of a phase.
   pure subroutine levels_in_force(analysis, number, tables)
     type(analysis_type), intent(in) :: analysis
-    !> Of the phase; 0 for none.
+    !> Number of the phase; 0 for none.
     integer, intent(in) :: number
     !> (bodies)
     type(water_table_type), allocatable, intent(out) :: tables(:)
@@ -130,7 +130,7 @@ contains
     end do
   end subroutine levels_in_force
 
-  !> The levels that a phase gives: that of all bodies to those without one of their own, then those of single bodies.
+  !> Applies the levels of a phase: the general level to bodies without one of their own, then those of single bodies.
   pure subroutine take_levels(analysis, phase, tables)
     type(analysis_type), intent(in) :: analysis
     type(phase_type), intent(in) :: phase
@@ -152,7 +152,7 @@ contains
     end do
   end subroutine take_levels
 
-  !> A level as a table.
+  !> Converts a level into a table.
   pure subroutine give_level(level, table)
     type(water_level_type), intent(in) :: level
     type(water_table_type), intent(inout) :: table
@@ -166,7 +166,7 @@ contains
     table%height = level%line(2, :)
   end subroutine give_level
 
-  !> Force of the water on the material points at a fraction of the phase, with what they weigh more below the level.
+  !> Computes the force of the water on the material points at a load fraction, with their additional saturated weight.
   pure subroutine water_forces(model, fraction, force)
     type(model_type), intent(in) :: model
     !> Load fraction, 0 to 1.
@@ -212,7 +212,7 @@ contains
     end associate
   end function force_at
 
-  !> Half the size of the box of a point along an axis; where cells fit the ground it does not leave its cell.
+  !> Half the size of the box of a point along an axis; in body-fitted cells it is limited to the cell.
   pure real(wp) function half_size(model, p, axis) result(half)
     type(model_type), intent(in) :: model
     !> Number of the point, and of the axis.
@@ -227,7 +227,7 @@ contains
     end associate
   end function half_size
 
-  !> Pressure of the water at rest at a point as the load stands.
+  !> Current hydrostatic or steady-flow pressure at a point.
   pure real(wp) function steady_pressure(model, p) result(pressure)
     type(model_type), intent(in) :: model
     !> Number of the point.
@@ -245,9 +245,9 @@ contains
     end associate
   end function steady_pressure
 
-  !> Ground that begins to consolidate under a free surface has the pressure of the water before with the excess on it;
-  !> suction hangs from its surface, or from the base of the mesh, linear to twice what empties the pores. Bodies that
-  !> come are dry: by a curve they have a suction of 2/alpha.
+  !> Initialises consolidation under a free surface: the former water pressure plus the excess pressure. Suction follows
+  !> from the height above the surface, or above the base of the mesh, with the linear law down to twice the suction
+  !> that empties the pores. Activated bodies are dry; with a curve their suction is 2/alpha.
   pure subroutine begin_free_surface(model)
     type(model_type), intent(inout) :: model
     real(wp) :: nodal(model%space%node_count), pressure(model%mesh%node_count), suction(model%mesh%node_count), level, &
@@ -292,7 +292,7 @@ contains
     end associate
   end subroutine begin_free_surface
 
-  !> Pore pressures of the material points where they are and as the load stands, where they are carried.
+  !> Updates the pore pressures at the current positions and load of the material points, where they are stored.
   pure subroutine update_pore_pressure(model)
     type(model_type), intent(inout) :: model
     integer :: place(size(model%laws)), p, m
@@ -315,7 +315,7 @@ contains
     end associate
   end subroutine update_pore_pressure
 
-  !> Share of a point's pores below the levels as the load stands; where there is none all are full.
+  !> Current share of a point's pores below the levels; 1 without a level.
   pure real(wp) function filled_share_at(model, p) result(share)
     type(model_type), intent(in) :: model
     !> Number of the point.
@@ -331,7 +331,7 @@ contains
 
   contains
 
-    !> Share below one level; before there is any the pores count as full.
+    !> Share below one level; without a level the pores count as saturated.
     pure real(wp) function share_below(table)
       type(water_table_type), intent(in) :: table
 

@@ -1,11 +1,11 @@
-!> How much water soil holds in suction, and how much of it that lets through. Linear over a height c, or by curves of
-!> the soil, s = -p the suction, u = alpha s (van Genuchten 1980, equations 3 and 9, m = 1 - 1/n, after Mualem 1976):
+!> Water retention and relative permeability of soil under suction, linear over a height c or by curves of the soil.
+!> The suction is s = -p; u = alpha s (van Genuchten 1980, equations 3 and 9, m = 1 - 1/n, after Mualem 1976):
 !>
-!>   S = 1 + p/c                           k_r = k_min + (1 - k_min) S,  in time along the level S^3
+!>   S = 1 + p/c                           k_r = k_min + (1 - k_min) S,  in time, horizontally, S^3
 !>   S = (1 + u^n)^(-m)                    k_r = S^(1/2) (1 - u^(n-1) S)^2,  no less than 1e-6
 !>
-!> S is the filled share of the drainable pores. The slope of k_r has no bound at u = 0 for n < 2: below u = 0.01 it is
-!> linear (Vogel and others 2001). Curves are no sharper than over c, 1/alpha >= c.
+!> S is the saturation of the drainable pores. For n < 2 the slope of k_r is unbounded at u = 0; below u = 0.01 k_r is
+!> linear (Vogel and others 2001). Curves are limited in steepness to the height c, 1/alpha >= c.
 module qsmpm_retention
   use qsmpm_kinds, only: wp
   use qsmpm_permeability_law, only: permeability_law_type
@@ -15,31 +15,31 @@ module qsmpm_retention
 
   public :: curve_type, curve_of, take_up, let_through_in_time, relative, sharp_note
 
-  !> Permeability of soil without water, as a share: linear, and by a curve.
+  !> Relative permeability of dry soil: linear law, and curve.
   real(wp), parameter :: least = 1.0e-3_wp, least_of_curve = 1.0e-6_wp
-  !> u up to which the permeability is linear; one whose powers are still numbers.
+  !> Value of u up to which the permeability is linear; largest u whose powers do not overflow.
   real(wp), parameter :: straight = 1.0e-2_wp, far = 1.0e12_wp
 
   type :: curve_type
-    !> 1 over a pressure or a height, as pressures are; 0: linear. n.
+    !> Inverse of a pressure or of a height, in the unit of the pressures, 0 for the linear law; exponent n.
     real(wp) :: alpha = 0.0_wp, n = 2.0_wp
   end type curve_type
 
 contains
 
-  !> The curve of a soil.
+  !> Returns the curve of a soil.
   elemental type(curve_type) function curve_of(law, unit_weight) result(curve)
     type(permeability_law_type), intent(in) :: law
-    !> Of the water; 1 where pressures are heights.
+    !> Unit weight of the water; 1 where pressures are heads.
     real(wp), intent(in) :: unit_weight
 
     curve = curve_type(law%alpha/unit_weight, law%n)
   end function curve_of
 
-  !> S of a pressure, and its derivative.
+  !> Returns S at a pressure, and its derivative.
   elemental subroutine take_up(curve, pressure, reach, share, by_pressure)
     type(curve_type), intent(in) :: curve
-    !> Of one unit; c.
+    !> Both in the same unit; reach is c.
     real(wp), intent(in) :: pressure, reach
     real(wp), intent(out) :: share, by_pressure
     real(wp) :: alpha, u
@@ -55,10 +55,10 @@ contains
     by_pressure = (curve%n - 1.0_wp)*alpha*u**(curve%n - 1.0_wp)/(1.0_wp + u**curve%n)*share
   end subroutine take_up
 
-  !> k_r of a pressure by a curve, and its derivative.
+  !> Returns k_r at a pressure by a curve, and its derivative.
   elemental subroutine permit(curve, pressure, reach, factor, by_pressure)
     type(curve_type), intent(in) :: curve
-    !> Of one unit; c.
+    !> Both in the same unit; reach is c.
     real(wp), intent(in) :: pressure, reach
     real(wp), intent(out) :: factor, by_pressure
     real(wp) :: alpha, u, at, share, slope, kept
@@ -80,15 +80,16 @@ contains
     by_pressure = 0.0_wp
   end subroutine permit
 
-  !> k_r of a cell, and its derivative, by what its corners fill over: the mean of theirs by a curve, so that dry ground
-  !> lets in what wets it. Without one a dry corner keeps out no more than one that begins to fill. Upwards k_r then
-  !> falls as the cell empties, or water would stay in it, but along the level by the cube of that: in all suction as
-  !> much flows as in a steady flow, which has it over half a cell.
+  !> Returns k_r of a cell and its derivatives in a transient step. With a curve it is the mean of the corners, so that
+  !> dry ground admits the water that wets it. With the linear law pressures are limited to -c, so that a dry corner
+  !> obstructs no more than one that begins to fill. Vertically k_r is then linear in the saturation, as otherwise water
+  !> would stay in the cell, horizontally its cube: the total flow in suction equals that of steady flow over half a
+  !> cell.
   pure subroutine let_through_in_time(curve, pressure, reach, factor, by_pressure)
     type(curve_type), intent(in) :: curve
-    !> Of the corners, and what they are empty at, of one unit.
+    !> Pressures of the corners and heights over which their pores fill, in the same unit.
     real(wp), intent(in) :: pressure(:), reach(:)
-    !> Along the level and upwards (2), (corners, 2).
+    !> Horizontally and vertically (2), (corners, 2).
     real(wp), intent(out) :: factor(2), by_pressure(:, :)
     real(wp) :: filling(size(pressure))
 
@@ -103,12 +104,12 @@ contains
     where (spread(pressure < -reach, 2, 2)) by_pressure = 0.0_wp
   end subroutine let_through_in_time
 
-  !> k_r of a cell without a curve, at the middles of its edges, and its derivative, by the pressures of its corners.
+  !> Returns k_r of a cell by the linear law, averaged over its edge midpoints, and its derivatives.
   pure subroutine relative(pressure, width, power, factor, by_head)
-    !> Of the corners, as heights of water.
+    !> Pressure heads of the corners.
     real(wp), intent(in) :: pressure(:)
     real(wp), intent(in) :: width
-    !> Of what is filled, along the level and upwards.
+    !> Exponents of the saturation, horizontally and vertically.
     integer, intent(in) :: power(2)
     !> (2), (corners, 2)
     real(wp), intent(out) :: factor(2), by_head(:, :)
@@ -120,7 +121,7 @@ contains
     n = size(pressure)
     edges = 0.5_wp*n*(n - 1)
     do e = 1, n*(n - 1)/2
-      ! The fifth and sixth of a tetrahedron join corners that are not beside one another.
+      ! The fifth and sixth edge of a tetrahedron join corners that are not consecutive.
       a = modulo(e - 1, n) + 1
       b = modulo(a + (e - 1)/n, n) + 1
       filled = max(0.0_wp, min(1.0_wp, 1.0_wp + 0.5_wp*(pressure(a) + pressure(b))/width))
@@ -131,10 +132,10 @@ contains
     end do
   end subroutine relative
 
-  !> The warning of curves that are sharper than cells show; empty where none is.
+  !> Returns the warning of curves steeper than the cells resolve; empty where there is none.
   pure function sharp_note(phase, alpha, reach) result(text)
     character(len=*), intent(in) :: phase
-    !> Of the cells, and the height that each is taken over at the least.
+    !> Values of alpha of the cells, and the smallest height over which each is resolved.
     real(wp), intent(in) :: alpha(:), reach(:)
     character(len=:), allocatable :: text
     integer :: worst

@@ -1,20 +1,21 @@
-!> Flow of water through ground of which it fills a part that is not known (unconfined seepage), steady or in one step
-!> of time: the steps are those of qsmpm_transient_seepage.
+!> Unconfined seepage: flow of water through ground with an unknown phreatic surface, steady or in one step in time; the
+!> steps are controlled by qsmpm_transient_seepage.
 !>
 !>   div( k_r(p) K grad h ) = n dS/dt,   p = h - y                                                   Darcy
 !>   S = 1 for p >= 0,  1 + p/c for -c < p < 0,  0 below; n: drainable porosity                      0 = steady
 !>   k_r = 1 for p >= 0,  1 + (1 - k_min) p/w for -w < p < 0,  k_min below                           suction
-!>   in time over c, along the level k_min + (1 - k_min) (1 + p/c)^3, the same sum over p
-!>   or S, k_r by a curve of the soil (qsmpm_retention), no sharper than over 2 w, in time c
+!>   in time over c, horizontally k_min + (1 - k_min) (1 + p/c)^3, with the same integral over p
+!>   or S, k_r by a curve of the soil (qsmpm_retention), no steeper than over 2 w, in time c
 !>   h = H                          below a level of free water
-!>   p <= 0,  q >= 0,  q p = 0      on faces in air: water leaves where it stands at the face        seepage face
-!>   q = 0                          on all others;  -rain in place of 0 on faces that it falls on
+!>   p <= 0,  q >= 0,  q p = 0      on exposed faces: water drains where the surface meets the face    seepage face
+!>   q = 0                          on all others;  -rain in place of 0 on faces with rain
 !>
-!> Linear triangles or tetrahedra, k_r at the middles of their edges, water lumped at the nodes, which fill as the
-!> surface passes the height c of their cells, one after the other; the face by an active set of nodes in Newton's
-!> method on the unsymmetric tangent. From a saturated start Newton's method fails more often than not: the width of
-!> suction w comes down from the height of the ground by halves to what is wanted, each from the last. In air and in
-!> suction the flow is by k_min, so that its error and that of w fall with the cell. docs/methods/seepage.md
+!> Discretisation: linear triangles or tetrahedra, k_r at the edge midpoints, storage lumped at the nodes, which fill
+!> one after the other as the surface passes the height c of their cells. The seepage face is an active set of nodes in
+!> Newton's method with the unsymmetric tangent. As Newton's method usually fails from a saturated start, the width of
+!> suction w is halved from the height of the ground to the required value, each solution starting from the last. In dry
+!> and partly saturated ground k_min conducts; the errors of k_min and w decrease with the cell size.
+!> docs/methods/seepage.md
 module qsmpm_seepage
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_not_converged, fail
@@ -33,57 +34,56 @@ module qsmpm_seepage
   public :: seepage_type, seepage_newton_type, solve_seepage, start_seepage, find_heads, end_seepage, height_of, &
     water_in
 
-  !> Residual in heads over the height of the ground: of the last width, and of those on the way.
+  !> Residual in heads relative to the height of the ground: at the last width, and at the intermediate ones.
   real(wp), parameter :: last_tolerance = 1.0e-10_wp, way_tolerance = 1.0e-4_wp
   integer, parameter :: most_iterations = 150
-  !> Shortest share of a correction; what a damped one may raise the residual to.
+  !> Smallest step length of a correction; largest growth of the residual in a damped one.
   real(wp), parameter :: shortest = 1.0_wp/8.0_wp, most_rise = 1.2_wp
-  !> Iterations of a step in time, those with whole corrections, which may return to where they were, and how far past a
-  !> kink a correction goes, over the height that fills.
+  !> Largest number of iterations of a step in time, number of those with full corrections, which may cycle, and
+  !> distance by which a correction passes a kink, relative to the height over which soil fills.
   integer, parameter :: most_in_time = 30, quick_in_time = 8
   real(wp), parameter :: past = 1.0e-3_wp
-  !> Share of the scale on the diagonal: the first, and the least that is not none.
+  !> Damping on the diagonal relative to the scale: the first, and the smallest that is not set to zero.
   real(wp), parameter :: first_damping = 1.0e-2_wp, least_damping = 1.0e-4_wp
-  !> Tangent of water that takes up nothing, over what a head makes of it.
+  !> Tangent of nodes without storage, relative to their conductance.
   real(wp), parameter :: yielding = 1.0e-10_wp
-  !> What a node is.
+  !> Kinds of nodes.
   integer, parameter, public :: node_free = 0, node_head = 1, node_face = 2
 
-  !> A flow.
+  !> Data and solution of a flow.
   type :: seepage_type
-    !> (dimension, nodes); weight of a cell's area: 1, or the mean radius (cells).
+    !> Coordinates (dimension, nodes); weight of a cell's area: 1, or the mean radius (cells).
     real(wp), allocatable :: position(:, :), depth(:)
-    !> (corners, cells); of triangles counter-clockwise.
+    !> Nodes of the cells (corners, cells); of triangles counter-clockwise.
     integer, allocatable :: corner(:, :)
     !> Permeability along the axes (dimension, cells).
     real(wp), allocatable :: permeability(:, :)
-    !> What the soil holds in suction (cells).
+    !> Retention curve of the soil (cells).
     type(curve_type), allocatable :: curve(:)
-    !> Width of suction, then the one that was found; the one that was asked for.
+    !> Required width of suction, on return the one for which a solution was found; the one originally required.
     real(wp) :: suction = 0.0_wp, wanted = 0.0_wp
-    !> One of `node_*`; height y against gravity; head where it is given, then everywhere (nodes).
+    !> One of `node_*`; height y against gravity; head, prescribed or on return computed (nodes).
     integer, allocatable :: kind(:)
     real(wp), allocatable :: height(:), head(:)
-    !> Rain on each node, water that comes in (nodes), and flow of the cells (dimension, cells).
+    !> Rain, inflow (nodes), and velocity (dimension, cells).
     real(wp), allocatable :: rain(:), inflow(:), velocity(:, :)
     integer :: iterations = 0
-    !> Of a step in time: its length, 0 for a steady flow; water that a corner of a cell takes up when its ground fills
-    !> (cells), the height over which it does, and the water at the start of the step (nodes).
+    !> Transient step: its length, 0 for steady flow; water volume that a corner of a cell stores when it fills (cells),
+    !> the height over which it fills, and the water volume at the start of the step (nodes).
     real(wp) :: interval = 0.0_wp
     real(wp), allocatable :: pores(:), reach(:), water(:)
-    !> Steps so far.
+    !> Number of steps so far.
     integer :: steps = 0
   end type seepage_type
 
-  !> What Newton's method works on.
+  !> Data of Newton's method.
   type :: seepage_newton_type
     type(sparse_matrix_type) :: matrix
-    !> Equation of each node, 0 for none.
+    !> Equation number of each node, 0 for none.
     integer, allocatable :: row(:)
-    !> Sum of inflows by the present heads, and what a head alone makes of them in full ground, the unit of residuals
-    !> (nodes).
+    !> Sum of inflows at the current heads, and saturated conductance of a node, the unit of the residuals (nodes).
     real(wp), allocatable :: inflow(:), scale(:), residual(:)
-    !> Flow between the corners of a cell for unit heads, saturated, along the level and upwards (corners, corners, 2,
+    !> Saturated flow between the corners of a cell for unit heads, horizontally and vertically (corners, corners, 2,
     !> cells).
     real(wp), allocatable :: conductance(:, :, :, :)
     class(linear_solver_type), allocatable :: solver
@@ -91,7 +91,7 @@ module qsmpm_seepage
 
 contains
 
-  !> Find the heads.
+  !> Solves for the heads of steady flow.
   subroutine solve_seepage(flow, error)
     type(seepage_type), intent(inout) :: flow
     !> error_not_converged.
@@ -111,7 +111,7 @@ contains
       before = flow%head
       call find_heads(flow, newton, width, height, merge(last_tolerance, way_tolerance, width <= flow%suction), error)
       if (allocated(error)) then
-        ! What is not found with so little suction is with more.
+        ! Where no solution is found the width of suction is increased.
         if (2.0_wp*width >= height) exit
         width = 2.0_wp*width
         flow%suction = width
@@ -134,11 +134,11 @@ contains
     height = maxval(flow%height, mask=newton%row > 0) - minval(flow%height, mask=newton%row > 0)
   end function height_of
 
-  !> Keep what flows, and let the solver go.
+  !> Stores inflows and velocities and releases the solver.
   subroutine end_seepage(flow, newton, width)
     type(seepage_type), intent(inout) :: flow
     type(seepage_newton_type), intent(inout) :: newton
-    !> Of suction.
+    !> Width of suction.
     real(wp), intent(in) :: width
 
     call newton%solver%destroy()
@@ -146,7 +146,7 @@ contains
     call take_velocity(flow, width)
   end subroutine end_seepage
 
-  !> Equations of the nodes of the cells, and the solver.
+  !> Numbers the equations of the nodes and prepares the solver.
   subroutine start_seepage(flow, newton, error)
     type(seepage_type), intent(in) :: flow
     type(seepage_newton_type), intent(inout) :: newton
@@ -180,7 +180,7 @@ contains
     call newton%solver%analyse(newton%matrix, error)
   end subroutine start_seepage
 
-  !> Rows of the nodes, each with itself.
+  !> Generates the sparsity pattern: neighbours of each node and itself.
   pure subroutine make_pattern(first, neighbour, place, matrix)
     integer, intent(in) :: first(:), neighbour(:), place(:)
     type(sparse_matrix_type), intent(inout) :: matrix
@@ -204,12 +204,12 @@ contains
     allocate (matrix%values(size(matrix%column)), source=0.0_wp)
   end subroutine make_pattern
 
-  !> Newton's method at one width of suction. Where no share of a correction serves, the diagonal grows, as steps in
-  !> time would have it: short ones may raise the residual a little, and so leave the corners of k_r.
+  !> Runs Newton's method at one width of suction. Where no step length reduces the residual, the diagonal is increased,
+  !> similar to a time step; damped corrections may increase the residual slightly and so pass the kinks of k_r.
   subroutine find_heads(flow, newton, width, height, tolerance, error)
     type(seepage_type), intent(inout) :: flow
     type(seepage_newton_type), intent(inout) :: newton
-    !> Of suction; height of the ground, and the residual over it.
+    !> Width of suction; height of the ground, and residual relative to it.
     real(wp), intent(in) :: width, height, tolerance
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: correction(newton%matrix%n), norm, damping
@@ -236,7 +236,7 @@ contains
       'height of '//rounded_text(width))
   end subroutine find_heads
 
-  !> Corrections of the heads by the tangent with a share of the scale on its diagonal.
+  !> Solves for the corrections of the heads with a share of the scale added to the diagonal of the tangent.
   subroutine solve_damped(newton, damping, correction, error)
     type(seepage_newton_type), intent(inout) :: newton
     real(wp), intent(in) :: damping
@@ -254,8 +254,8 @@ contains
     if (.not. allocated(error)) call newton%solver%solve(right, correction, error)
   end subroutine solve_damped
 
-  !> A correction that stops at a node where its ground begins to fill, or is full, or no longer is: on either side the
-  !> node obeys another law.
+  !> Applies a correction that stops at nodes whose soil begins to fill, or becomes or ceases to be saturated, since the
+  !> equations of the node differ on either side.
   pure subroutine take_to_kinks(flow, newton, correction, width, norm)
     type(seepage_type), intent(inout) :: flow
     type(seepage_newton_type), intent(inout) :: newton
@@ -284,8 +284,8 @@ contains
     norm = residual_norm(newton)
   end subroutine take_to_kinks
 
-  !> The longest share of a correction that lowers the residual, or, damped, does not raise it much; without one the
-  !> heads stay and the damping grows.
+  !> Applies the longest share of a correction that reduces the residual or, if damped, does not increase it much;
+  !> without one the heads are restored and the damping is increased.
   pure subroutine take_share(flow, newton, correction, width, damping, norm)
     type(seepage_type), intent(inout) :: flow
     type(seepage_newton_type), intent(inout) :: newton
@@ -315,15 +315,15 @@ contains
     damping = merge(0.5_wp*damping, 0.0_wp, damping >= 2.0_wp*least_damping)
   end subroutine take_share
 
-  !> Root mean square of residuals as heads.
+  !> Root mean square of the residuals in heads.
   pure real(wp) function residual_norm(newton)
     type(seepage_newton_type), intent(in) :: newton
 
     residual_norm = norm2(pack(newton%residual/newton%scale, newton%row > 0))/sqrt(real(newton%matrix%n, wp))
   end function residual_norm
 
-  !> Inflows of the present heads, residuals and tangent. A node of a face holds the pressure 0 as long as water leaves
-  !> there, or would.
+  !> Assembles inflows at the current heads, residuals and tangent. A node of a seepage face has zero pressure as long
+  !> as water drains there or would drain.
   pure subroutine assemble(flow, newton, width)
     type(seepage_type), intent(in) :: flow
     type(seepage_newton_type), intent(inout) :: newton
@@ -368,8 +368,8 @@ contains
     end do
   end subroutine assemble
 
-  !> Water that the ground takes up in a step of time comes in too. Full and dry ground takes up none, however short the
-  !> step; the tangent alone has a little of it there, so that ground without a level has one pressure.
+  !> Adds the storage of a transient step to the inflows. Saturated and dry ground stores none, however short the step;
+  !> only the tangent has a small value there, so that the pressure of ground without a level is unique.
   pure subroutine store(flow, newton)
     type(seepage_type), intent(in) :: flow
     type(seepage_newton_type), intent(inout) :: newton
@@ -386,7 +386,7 @@ contains
     newton%scale = newton%scale + slope
   end subroutine store
 
-  !> Water in the drainable pores, lumped at the nodes, and its derivative by the head (nodes).
+  !> Computes the water volume in the drainable pores, lumped at the nodes, and its derivative by the head (nodes).
   pure subroutine water_in(flow, water, by_head)
     type(seepage_type), intent(in) :: flow
     real(wp), intent(out) :: water(:), by_head(:)
@@ -406,7 +406,7 @@ contains
     end do
   end subroutine water_in
 
-  !> Flow between the corners of a cell for unit heads, saturated, along the level and upwards.
+  !> Computes the saturated flow between the corners of a cell for unit heads, horizontally and vertically.
   pure subroutine find_conductance(flow, c, conductance)
     type(seepage_type), intent(in) :: flow
     integer, intent(in) :: c
@@ -425,7 +425,7 @@ contains
     end do
   end subroutine find_conductance
 
-  !> Permeability of a cell along the level and upwards, 0 for the other axes (dimension, 2).
+  !> Permeability of a cell horizontally and vertically, 0 for the other axes (dimension, 2).
   pure function permeability_along(flow, c) result(along)
     type(seepage_type), intent(in) :: flow
     integer, intent(in) :: c
@@ -438,12 +438,12 @@ contains
     along(:, 1) = flow%permeability(:, c) - along(:, 2)
   end function permeability_along
 
-  !> Relative permeability of a cell, along the level and upwards, and its derivative by the heads of its corners. In a
-  !> step of time suction acts over the height that the cell fills over, or water would stay in it.
+  !> Returns the relative permeability of a cell, horizontally and vertically, and its derivatives by the heads of its
+  !> corners. In a transient step suction acts over the height over which the cell fills, or water would stay in it.
   pure subroutine let_through(flow, c, width, factor, by_head)
     type(seepage_type), intent(in) :: flow
     integer, intent(in) :: c
-    !> In a steady flow.
+    !> Width of suction in steady flow.
     real(wp), intent(in) :: width
     !> (2), (corners, 2)
     real(wp), intent(out) :: factor(2), by_head(:, :)
@@ -461,7 +461,7 @@ contains
     end associate
   end subroutine let_through
 
-  !> Add to an entry of the matrix.
+  !> Adds a value to an entry of the matrix.
   pure subroutine add_entry(matrix, row, column, value)
     type(sparse_matrix_type), intent(inout) :: matrix
     integer, intent(in) :: row, column
@@ -473,7 +473,7 @@ contains
     end do
   end subroutine add_entry
 
-  !> A row that holds its head.
+  !> Replaces a row of the matrix by the equation of a prescribed head.
   pure subroutine hold_row(matrix, row, scale)
     type(sparse_matrix_type), intent(inout) :: matrix
     integer, intent(in) :: row
@@ -485,7 +485,7 @@ contains
     end associate
   end subroutine hold_row
 
-  !> Flow of the cells.
+  !> Computes the velocity in the cells.
   pure subroutine take_velocity(flow, width)
     type(seepage_type), intent(inout) :: flow
     real(wp), intent(in) :: width

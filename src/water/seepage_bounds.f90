@@ -1,9 +1,9 @@
-!> What the bounds of ground are to the water that flows through it: nodes with a head, faces where it may leave, rain.
+!> Boundary conditions of seepage: nodes with prescribed head, seepage faces, and rain.
 !>
-!> Levels are given on parts of the bounds (*WATER LEVEL, TYPE=SEEPAGE). Nodes there below the level have it as their
-!> head, and so those of faces in air beside and above it, as of a wall, as far as the level reaches, and those of a
-!> set within the ground, a well or a drain; those above it and all that lie in air elsewhere are a face at which water
-!> may leave; the sides and the base of the grid, rigid bodies and what a *SUPPORT holds are tight.
+!> Levels are assigned to parts of the boundary (*WATER LEVEL, TYPE=SEEPAGE). Nodes of a part below the level have it as
+!> their head; so have those of adjacent exposed faces up to the level, as on a wall, and those of a set within the
+!> ground, a well or a drain. Nodes above the level and all other exposed faces are seepage faces. The sides and the
+!> base of the grid, rigid bodies and faces held by a *SUPPORT are impermeable.
 module qsmpm_seepage_bounds
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
@@ -27,35 +27,34 @@ module qsmpm_seepage_bounds
 
   public :: seepage_scene_type, place_bounds
 
-  !> Distance that is none, over the size of the grid.
+  !> Tolerance of distances relative to the size of the grid.
   real(wp), parameter :: hair = 1.0e-6_wp
-  !> Distance of a node of a drain from it, over the longest edge of a cell: one of the nodes of any place is as near.
+  !> Largest distance of a node from a drain, relative to the longest edge of a cell; any place has a node within it.
   real(wp), parameter :: beside = 0.58_wp
 
-  !> The triangles of a phase, or tetrahedra.
+  !> Triangles or tetrahedra of a phase.
   type :: seepage_scene_type
     type(fitted_mesh_type) :: mesh
     type(outline_type), allocatable :: outlines(:)
-    !> Of tetrahedra: the cell of the model's mesh that each is of, and its face that lies opposite a corner, 0 for none
-    !> (corners, cells).
+    !> Tetrahedra only: cell of the model's mesh, and its face opposite each corner, 0 for none (corners, cells).
     integer, allocatable :: cell(:), face(:, :)
     !> Whether water flows through a cell (cells).
     logical, allocatable :: flows(:)
-    !> Row of the card that a node is of, 0 for none (nodes).
+    !> Row of *WATER LEVEL of a node, 0 for none (nodes).
     integer, allocatable :: row(:)
-    !> Whether the water of a row stands on faces beside its own (rows).
+    !> Whether the water of a row acts on adjacent faces (rows).
     logical, allocatable :: beside(:)
-    !> Node at which the water of a row ends beside ground in air below its level, 0 for none (rows).
+    !> Node at which the water of a row ends next to exposed ground below its level, 0 for none (rows).
     integer, allocatable :: shore(:)
     real(wp) :: size = 1.0_wp
   end type seepage_scene_type
 
 contains
 
-  !> Kinds and heads of the nodes on the bounds.
+  !> Determines the kinds and heads of the nodes on the boundary.
   subroutine place_bounds(model, number, level, scene, flow, diagnostics)
     type(model_type), intent(in) :: model
-    !> Of the phase.
+    !> Number of the phase.
     integer, intent(in) :: number
     type(water_level_type), intent(in) :: level
     type(seepage_scene_type), intent(inout) :: scene
@@ -108,11 +107,11 @@ contains
       'every level is below its part of the boundary: there is no inflow')
   end subroutine place_bounds
 
-  !> In space a level is at whole faces of the ground.
+  !> Checks that a level in 3D covers whole faces of the ground.
   subroutine check_part(model, head, area, diagnostics)
     type(model_type), intent(in) :: model
     type(head_type), intent(in) :: head
-    !> Of the faces that have it.
+    !> Area of the faces to which the level applies.
     real(wp), intent(in) :: area
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp), parameter :: whole = 1.0e-3_wp
@@ -136,7 +135,7 @@ contains
     end if
   end subroutine check_part
 
-  !> Area vector of a triangle in space; 0 for an edge in the plane.
+  !> Area vector of a triangle in 3D; 0 for an edge in the plane.
   pure function area_of(corner) result(area)
     !> (dimension, dimension)
     real(wp), intent(in) :: corner(:, :)
@@ -146,13 +145,13 @@ contains
     if (size(corner, 1) == 3) area = 0.5_wp*cross(corner(:, 2) - corner(:, 1), corner(:, 3) - corner(:, 1))
   end function area_of
 
-  !> Free water beside the parts of the bounds that have it.
+  !> Applies the free water to adjacent exposed faces.
   subroutine flood(level, reach, open, porous, wet, scene, flow)
-    !> Of the rows, upwards, and the highest that they have in the phase.
+    !> Upward level of each row, and its highest in the phase.
     real(wp), intent(in) :: level(:), reach(:)
-    !> Faces in air, and those of soil that lets water through (corners, cells).
+    !> Exposed faces, and those of permeable soil (corners, cells).
     logical, intent(in) :: open(:, :), porous(:, :)
-    !> Row whose free water is at a node, 0 for none (nodes).
+    !> Row whose free water reaches a node, 0 for none (nodes).
     integer, intent(in) :: wet(:)
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
@@ -170,7 +169,7 @@ contains
       flow%kind == node_head))
   end subroutine flood
 
-  !> Nodes of the edges of some faces (2, edges).
+  !> Returns the nodes of the edges of the chosen faces (2, edges).
   pure function edges_of(scene, chosen) result(ends)
     type(seepage_scene_type), intent(in) :: scene
     !> (corners, cells)
@@ -191,7 +190,7 @@ contains
     end do
   end function edges_of
 
-  !> Nodes of the face of a cell opposite a corner.
+  !> Returns the nodes of the face of a cell opposite a corner.
   pure function ends_of(scene, c, k) result(ends)
     type(seepage_scene_type), intent(in) :: scene
     integer, intent(in) :: c, k
@@ -200,11 +199,11 @@ contains
     ends = scene%mesh%corner(modulo([(k + i, i=0, size(ends) - 1)], size(ends) + 1) + 1, c)
   end function ends_of
 
-  !> Whether a face lies on a surface that a support holds: what holds it is tight.
+  !> Checks whether a face is on a surface held by a support, which is impermeable.
   pure logical function is_held(model, scene, number, c, f) result(held)
     type(model_type), intent(in) :: model
     type(seepage_scene_type), intent(in) :: scene
-    !> Of the phase, the cell, and the corner opposite.
+    !> Number of the phase, of the cell, and of the opposite corner.
     integer, intent(in) :: number, c, f
     integer, allocatable :: line(:)
     integer :: i, k
@@ -220,7 +219,7 @@ contains
     end do
   end function is_held
 
-  !> Rain on a face, shared by its nodes; what falls on free water is not counted.
+  !> Distributes the rain on a face to its nodes; rain on free water has no effect.
   subroutine let_rain(analysis, head, ends, flow)
     type(analysis_type), intent(in) :: analysis
     type(head_type), intent(in) :: head
@@ -240,12 +239,12 @@ contains
     flow%rain(ends) = flow%rain(ends) + head%rain*breadth/size(ends)
   end subroutine let_rain
 
-  !> A box within the ground is a well or a drain, no narrower than a cell: the nodes at it have the level, or let
-  !> water go.
+  !> Applies the level at a box within the ground, a well or a drain at least as wide as a cell: the nodes at it have
+  !> the level as their head or drain.
   subroutine place_drain(analysis, head, number, scene, flow, found)
     type(analysis_type), intent(in) :: analysis
     type(head_type), intent(in) :: head
-    !> Of the row.
+    !> Number of the row.
     integer, intent(in) :: number
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
@@ -271,7 +270,7 @@ contains
     end do
   end subroutine place_drain
 
-  !> The level of a row at the nodes of a face: below it water stands, above it there is a face.
+  !> Applies the level of a row at the nodes of a face: prescribed head below it, seepage face above it.
   subroutine give_head(level, number, ends, scene, flow)
     real(wp), intent(in) :: level
     integer, intent(in) :: number, ends(:)
@@ -294,7 +293,7 @@ contains
     end do
   end subroutine give_head
 
-  !> Whether the face of a cell opposite a corner bounds the ground that water flows through.
+  !> Checks whether the face of a cell opposite a corner bounds the ground that water flows through.
   pure logical function is_bound(scene, c, k)
     type(seepage_scene_type), intent(in) :: scene
     integer, intent(in) :: c, k
@@ -304,7 +303,7 @@ contains
     is_bound = .not. scene%flows(scene%mesh%neighbour(k, c))
   end function is_bound
 
-  !> Whether there is air beyond: no side and no base of the grid or mesh and no rigid body.
+  !> Checks whether a face is exposed: neither side nor base of the grid or mesh nor next to a rigid body.
   pure logical function is_in_air(model, scene, c, k)
     type(model_type), intent(in) :: model
     type(seepage_scene_type), intent(in) :: scene
@@ -332,7 +331,7 @@ contains
     end do
   end function is_in_air
 
-  !> Whether the face of a cell opposite a corner lies in a node set or a surface.
+  !> Checks whether the face of a cell opposite a corner is in a node set or a surface.
   pure logical function is_on(model, scene, name, c, k) result(on)
     type(model_type), intent(in) :: model
     type(seepage_scene_type), intent(in) :: scene
@@ -364,7 +363,7 @@ contains
     end do
   end function is_on
 
-  !> Whether an edge of a body lies on a surface.
+  !> Checks whether an edge of a body is on a surface.
   pure logical function is_on_surface(surface, body, ends, near) result(on)
     type(surface_type), intent(in) :: surface
     character(len=*), intent(in) :: body
@@ -390,7 +389,7 @@ contains
     end select
   end function is_on_surface
 
-  !> Whether two places lie in a box.
+  !> Checks whether two places are within a box.
   pure logical function in_box(box, ends, near)
     !> Lower and upper corner (3, 2).
     real(wp), intent(in) :: box(:, :), ends(:, :), near

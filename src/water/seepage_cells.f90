@@ -1,6 +1,6 @@
-!> The cells of a mesh in space as tetrahedra for the water that flows through them. Each cell is cut from its corner of
-!> the smallest number over the faces that do not have it, those with four corners from theirs, so that neighbours fit
-!> (Dompierre and others 1999). Bodies fill whole cells, or the flow is refused.
+!> Subdivision of the cells of a 3D mesh into tetrahedra for seepage. Each cell is divided from its corner of the
+!> smallest number over the faces that do not contain it, quadrilateral faces from theirs, so that neighbours conform
+!> (Dompierre and others 1999). Bodies must fill whole cells; otherwise the flow is rejected with an error.
 module qsmpm_seepage_cells
   use qsmpm_kinds, only: wp
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
@@ -16,7 +16,7 @@ module qsmpm_seepage_cells
 
 contains
 
-  !> The tetrahedra, with what lies beyond their faces.
+  !> Generates the tetrahedra and their neighbours.
   pure subroutine cut_cells(mesh, scene)
     type(mesh_type), intent(in) :: mesh
     type(seepage_scene_type), intent(inout) :: scene
@@ -57,10 +57,10 @@ contains
     end do
   end subroutine cut_cells
 
-  !> The face of a cell that three of its nodes lie in, 0 for none.
+  !> Returns the face of a cell that contains three of its nodes, 0 for none.
   pure integer function face_of(mesh, c, ends) result(face)
     type(mesh_type), intent(in) :: mesh
-    !> Of the cell, and nodes (3).
+    !> Number of the cell, and nodes (3).
     integer, intent(in) :: c, ends(:)
     integer :: f, k
 
@@ -72,13 +72,13 @@ contains
     end do
   end function face_of
 
-  !> The body that each tetrahedron lies in, 0 for none.
+  !> Finds the body of each tetrahedron, 0 for none.
   subroutine fill_cells(model, active, scene, diagnostics)
     type(model_type), intent(in) :: model
     !> (bodies)
     logical, intent(in) :: active(:)
     type(seepage_scene_type), intent(inout) :: scene
-    !> Bodies that end within cells.
+    !> Reports bodies that end within cells.
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: volume(size(active), model%mesh%cell_count)
     integer :: body(model%mesh%cell_count), p, b, c

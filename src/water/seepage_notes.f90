@@ -1,5 +1,5 @@
-!> What the log tells of water that flows through the ground: how much comes in where, where it lifts the soil, and that
-!> ground has moved away from its flow.
+!> Log messages of seepage: inflow and outflow at the parts of the boundary, hydraulic heave, and ground that has moved
+!> relative to the mesh of its flow.
 module qsmpm_seepage_notes
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials
@@ -21,12 +21,12 @@ module qsmpm_seepage_notes
 
   public :: discharge, flow_notes, moved_note
 
-  !> Share of all flows that is their round-off.
+  !> Round-off of a discharge relative to the sum of all flows.
   real(wp), parameter :: round_off = 1.0e-9_wp
 
 contains
 
-  !> What flows in and out by the rows of the card, and whether water lifts the soil where it leaves.
+  !> Returns the notes on inflow and outflow of the rows of *WATER LEVEL and on hydraulic heave where water exits.
   function flow_notes(analysis, number, level, scene, flow) result(text)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
@@ -34,7 +34,7 @@ contains
     type(seepage_scene_type), intent(in) :: scene
     type(seepage_type), intent(in) :: flow
     character(len=:), allocatable :: text
-    !> By kinds of models (plane strain, axisymmetry, 3D).
+    !> By the kind of model (plane strain, axisymmetry, 3D).
     character(len=*), parameter :: per(3) = [' and unit width', ' and radian    ', '               '], &
       cells(3) = [' triangles ', ' triangles ', ' tetrahedra']
     integer :: i
@@ -68,7 +68,7 @@ contains
     if (level%transient) text = text//undrained_note(analysis, number)
   end function flow_notes
 
-  !> The warning of soil that keeps an excess pressure of its own beside a flow in time; empty where there is none.
+  !> Returns the warning of undrained soil with its own excess pressure in a transient flow; empty where there is none.
   function undrained_note(analysis, number) result(text)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
@@ -94,7 +94,7 @@ contains
     end do
   end function undrained_note
 
-  !> Steps in time, as words; empty in a steady flow.
+  !> Returns the number of steps in time as text; empty for steady flow.
   pure function in_steps(steps) result(text)
     integer, intent(in) :: steps
     character(len=:), allocatable :: text
@@ -103,7 +103,7 @@ contains
     if (steps > 0) text = 'at the end of the phase, after '//integer_text(steps)//' steps in time, '
   end function in_steps
 
-  !> What flows in at some nodes; 0 where it is the round-off of what flows through others.
+  !> Inflow at some nodes; 0 where it is round-off of the other flows.
   pure real(wp) function discharge(flow, nodes)
     type(seepage_type), intent(in) :: flow
     logical, intent(in) :: nodes(:)
@@ -112,7 +112,7 @@ contains
     if (abs(discharge) <= round_off*sum(abs(flow%inflow))) discharge = 0.0_wp
   end function discharge
 
-  !> The warning of water that leaves the ground upwards by a gradient that lifts it; empty where there is none.
+  !> Returns the warning of an upward exit gradient that lifts the soil; empty where there is none.
   function lift_note(analysis, number, level, scene, flow) result(text)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
@@ -136,7 +136,7 @@ contains
         if (.not. any(flow%inflow(node) < 0.0_wp .and. flow%kind(node) /= node_free)) cycle
       end associate
       associate (soil => analysis%materials(material(scene%mesh%region(c))))
-        ! A wall has no grains that water could lift.
+        ! An impermeable wall cannot be lifted by the exit gradient.
         if (.not. soil%permeability(1) > 0.0_wp) cycle
         critical = merge(soil%saturated_weight, soil%unit_weight, soil%saturated_weight >= 0.0_wp)/level%unit_weight &
           - 1.0_wp
@@ -152,7 +152,8 @@ contains
     end do
   end function lift_note
 
-  !> The warning of a phase whose water flows through ground as it was drawn, which has moved by more than a cell since.
+  !> Returns the warning of a phase whose flow was computed for the initial geometry and whose ground has moved by more
+  !> than a cell since; empty where there is none.
   function moved_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text

@@ -1,7 +1,6 @@
-!> Water that flows through the bodies of a phase as they are drawn: the triangles that fit them, or the tetrahedra of
-!> their mesh (qsmpm_seepage_cells), and their permeability,
-!> what of them is dry, and the heads all over the grid. Ground that no level and no rain reaches is dry. What its
-!> bounds are to the water is qsmpm_seepage_bounds, the flow qsmpm_seepage.
+!> Seepage through the bodies of a phase in their initial geometry: body-fitted triangles or the tetrahedra of the mesh
+!> (qsmpm_seepage_cells), their permeability, the dry parts, and the heads over the whole grid. Ground that no level and
+!> no rain reaches is dry. Boundary conditions are in qsmpm_seepage_bounds, the flow in qsmpm_seepage.
 module qsmpm_seepage_scene
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials
@@ -31,17 +30,17 @@ module qsmpm_seepage_scene
 
   public :: find_seepage
 
-  !> Height over which soil in suction lets water through, over the smallest cell of the grid: the discharge errs by
-  !> half of what it does with one, and a quarter is not always found.
+  !> Height over which soil in suction is permeable, relative to the smallest cell of the grid: with one half the error
+  !> of the discharge is half of that with one; with one quarter a solution is not always found.
   real(wp), parameter :: suction_of_cell = 0.5_wp
-  !> Permeability of what is tight over the least of all others: the pressure goes evenly from one side to the other.
+  !> Permeability of impermeable bodies relative to the smallest of all others; the head varies linearly across them.
   real(wp), parameter :: tight = 1.0e-6_wp
 
 contains
 
-  !> The flows of all phases, each kept with its level.
+  !> Computes the flows of all phases and stores each with its level.
   subroutine find_seepage(model, diagnostics)
-    !> Its notes tell what flows.
+    !> Receives notes on the discharge.
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: p, i
@@ -55,7 +54,7 @@ contains
     end do
   end subroutine find_seepage
 
-  !> Bodies that come or go change a flow.
+  !> Checks that a phase that activates or removes bodies defines its flow again.
   subroutine check_change(analysis, number, diagnostics)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
@@ -78,10 +77,10 @@ contains
     end associate
   end subroutine check_change
 
-  !> The flow of one card.
+  !> Computes the flow of one *WATER LEVEL.
   subroutine find_flow(model, number, item, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Of the phase, and of the card in it.
+    !> Number of the phase, and of the *WATER LEVEL in it.
     integer, intent(in) :: number, item
     type(diagnostics_type), intent(inout) :: diagnostics
     type(seepage_scene_type) :: scene
@@ -124,10 +123,10 @@ contains
     end associate
   end subroutine find_flow
 
-  !> The flow of a card in time, from that before it.
+  !> Computes a transient flow, starting from the flow before it.
   subroutine follow_flow(analysis, number, level, scene, flow, error)
     type(analysis_type), intent(in) :: analysis
-    !> Of the phase.
+    !> Number of the phase.
     integer, intent(in) :: number
     type(water_level_type), intent(in) :: level
     type(seepage_scene_type), intent(inout) :: scene
@@ -148,7 +147,7 @@ contains
       upwards(analysis)*level%heads%level, analysis%phases(number)%duration, error)
   end subroutine follow_flow
 
-  !> The flow in force before a phase: phase and card, 0 for none.
+  !> Returns the flow in force before a phase: phase and index in it, 0 for none.
   pure function flow_before(phases, number) result(place)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
@@ -167,7 +166,7 @@ contains
     end do
   end function flow_before
 
-  !> Flow is for scenes whose bodies are drawn, or in space fill their cells, of soil whose permeability is known.
+  !> Checks that the bodies are defined by geometry or in 3D fill their cells, and that their permeability is known.
   subroutine check_scene(analysis, number, level, diagnostics)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
@@ -202,7 +201,7 @@ contains
     if (level%transient) call check_time(analysis, number, level, diagnostics)
   end subroutine check_scene
 
-  !> Flow in time begins from another one, and takes time.
+  !> Checks that a transient flow starts from another one and that the phase has a duration.
   subroutine check_time(analysis, number, level, diagnostics)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
@@ -222,7 +221,7 @@ contains
       'FLOW=TRANSIENT requires *PHASE, TIME=, in the unit of *PERMEABILITY')
   end subroutine check_time
 
-  !> Cells that water flows through, and their permeability.
+  !> Selects the cells that water flows through and their permeability.
   subroutine place_cells(analysis, number, scene, flow)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
@@ -255,7 +254,7 @@ contains
     end if
   end subroutine place_cells
 
-  !> The cells of the flow.
+  !> Copies the cells with flow.
   subroutine keep_cells(analysis, scene, material, flow)
     type(analysis_type), intent(in) :: analysis
     type(seepage_scene_type), intent(in) :: scene
@@ -285,7 +284,7 @@ contains
     end do
   end subroutine keep_cells
 
-  !> Take out the cells that no node with water is joined to.
+  !> Removes the cells that are not connected to a node with water.
   subroutine leave_dry(has_water, scene, flow)
     !> (nodes)
     logical, intent(in) :: has_water(:)
@@ -314,8 +313,8 @@ contains
     where (.not. wet) flow%kind = node_free
   end subroutine leave_dry
 
-  !> Heads all over the grid. Beyond the ground they are those of the nearest bounds, along edges: the level of free
-  !> water, else what presses nowhere.
+  !> Extrapolates the heads to the whole grid: beyond the ground they are those of the nearest boundary, along edges:
+  !> the level of free water, otherwise a head that gives no pressure.
   subroutine make_field(scene, flow, up, field)
     type(seepage_scene_type), intent(in) :: scene
     type(seepage_type), intent(in) :: flow

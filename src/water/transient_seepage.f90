@@ -1,11 +1,11 @@
-!> Flow with a free surface in time: levels at the bounds move evenly from one to another, the surface of the water
-!> follows as fast as the ground lets water go.
+!> Transient seepage with a free surface: levels at the boundary vary linearly in time, the phreatic surface follows
+!> according to the permeability and drainable porosity of the ground.
 !>
 !>   sum V n (S - S_0) + dt sum V k_r K grad h grad N = dt q                     backward Euler, qsmpm_seepage
 !>
-!> Steps are as long as their error allows: half of what the pressures differ by from those that the rates of the step
-!> before would have brought. The first one is a thousandth of the time and takes what is there at once. A step whose
-!> flow is not found is taken again, a quarter as long.
+!> The step length is controlled by the error: half the difference between the pressures and their extrapolation with
+!> the rates of the previous step. The first step is a thousandth of the time and takes instantaneous changes. A step
+!> without solution is repeated with a quarter of its length.
 module qsmpm_transient_seepage
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -19,16 +19,17 @@ module qsmpm_transient_seepage
 
   public :: give_pores, follow_seepage
 
-  !> Residual in heads over the height of the ground; by curves heads of dry ground hang on little water.
+  !> Residual in heads relative to the height of the ground; with curves, heads of dry ground depend on little water.
   real(wp), parameter :: tolerance = 1.0e-8_wp, tolerance_of_curve = 1.0e-9_wp
-  !> Error of the pressures in a step over the width of suction, half a cell.
+  !> Error of the pressures in a step relative to the width of suction, half a cell.
   real(wp), parameter :: largest_error = 0.02_wp
-  !> First step over the time, and the shortest; the next over the last, at most, and what is left of a step at least.
+  !> First step relative to the duration, and the shortest one; largest and smallest ratio of successive steps.
   real(wp), parameter :: first = 1.0e-3_wp, shortest = 1.0e-8_wp, longer = 1.5_wp, shorter = 0.25_wp
 
 contains
 
-  !> Water that corners of cells take up when their ground fills, and the mean height of the cells of nodes, over which.
+  !> Computes the water volume that the corners of cells store when they fill, and the mean cell height at the nodes,
+  !> over which they fill.
   pure subroutine give_pores(porosity, flow)
     !> (cells)
     real(wp), intent(in) :: porosity(:)
@@ -54,11 +55,11 @@ contains
     where (area > 0.0_wp) flow%reach = flow%reach/area
   end subroutine give_pores
 
-  !> Heads after a time, from those at its start.
+  !> Computes the heads after a time from those at its start.
   subroutine follow_seepage(flow, row, from, to, time, error)
-    !> Its heads are those of the start; storage is given.
+    !> Contains the heads at the start and the storage.
     type(seepage_type), intent(inout) :: flow
-    !> Level that a node of the bounds has, 0 for none (nodes).
+    !> Level of each node on the boundary, 0 for none (nodes).
     integer, intent(in) :: row(:)
     !> Height of each level at the start and at the end.
     real(wp), intent(in) :: from(:), to(:)
@@ -100,22 +101,22 @@ contains
     if (allocated(error)) error%message = error%message//', '//rounded_text(reached, 4)//' after the start of the phase'
   end subroutine follow_seepage
 
-  !> Length of the next step over that of this one by its error; below a half where this one is too long.
+  !> Ratio of the next step length to this one by its error; below one half where this step is too long.
   pure real(wp) function next_over_this(flow, ahead, rate) result(ratio)
     type(seepage_type), intent(in) :: flow
-    !> What the step is judged by at its start, and its rates in the step before (nodes).
+    !> Measure of the solution at the start of the step, and its rates in the previous step (nodes).
     real(wp), intent(in) :: ahead(:), rate(:)
     real(wp) :: deviation
 
     ratio = longer
-    ! The first step takes what is there at once, so that the second one has no rate to be compared with.
+    ! The first step takes instantaneous changes, so that the second one has no rate to be compared with.
     if (flow%steps < 2) return
     deviation = 0.5_wp*maxval(abs(surface_of(flow) - ahead - flow%interval*rate))
     ratio = max(shorter, min(longer, 0.8_wp*sqrt(largest_error*flow%suction/max(deviation, tiny(1.0_wp)))))
   end function next_over_this
 
-  !> Head where there is water, the height where there is none: linear suction is no matter. By a curve it counts
-  !> as far as it makes a difference (nodes).
+  !> Head in saturated ground, the height in dry ground, as linear suction is irrelevant. With a curve suction counts as
+  !> far as it has an effect (nodes).
   pure function surface_of(flow) result(surface)
     type(seepage_type), intent(in) :: flow
     real(wp) :: surface(size(flow%head)), suction
@@ -133,10 +134,10 @@ contains
     end do
   end function surface_of
 
-  !> Below its level a node of the bounds has it as its head, above it water may leave.
+  !> Prescribes the head at boundary nodes below their level; those above are seepage faces.
   pure subroutine set_levels(row, level, flow)
     integer, intent(in) :: row(:)
-    !> Height of each.
+    !> Height of each level.
     real(wp), intent(in) :: level(:)
     type(seepage_type), intent(inout) :: flow
     integer :: i

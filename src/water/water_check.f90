@@ -1,8 +1,8 @@
-!> Whether the water levels of a deck can be what they say, before anything is computed.
+!> Consistency checks of the water levels of a deck, carried out before the analysis.
 !>
-!> The force of the water (qsmpm_pore_water) stands for the whole of its pressure as long as that has no jump: below a
-!> level that slopes above the ground, or between two bodies with levels of their own, it has one that nothing carries.
-!> A pressure of water on the surface of a body below its level would be counted twice.
+!> The force of the water (qsmpm_pore_water) represents its whole pressure as long as this is continuous: below a level
+!> that slopes above the ground, or between two bodies with different levels, it has a jump that nothing balances. A
+!> water pressure applied on the surface of a body below its level would be counted twice.
 module qsmpm_water_check
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -25,15 +25,16 @@ module qsmpm_water_check
 
   public :: check_water_levels
 
-  !> Heights are the same up to this share of the mesh, and places a hair apart are as far from each other.
+  !> Tolerance for equal heights relative to the mesh, and small distance relative to the mesh at which places next to a
+  !> face are evaluated.
   real(wp), parameter :: same_height = 1.0e-3_wp, hair = 1.0e-6_wp
   character(len=*), parameter :: flooded_hollow = 'a hollow below the water level'
 
 contains
 
-  !> All checks, phase by phase.
+  !> Runs all checks for every phase.
   subroutine check_water_levels(model, diagnostics)
-    !> Its notes get warnings.
+    !> Receives warnings.
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     type(overburden_type) :: ground
@@ -72,7 +73,8 @@ contains
     model%notes = model%notes//notes//effective_note(model%analysis)
   end subroutine check_water_levels
 
-  !> That histories of forces on a boundary leave the water out, by the name of the first; empty where there is none.
+  !> Returns the note that histories of reactions and contact forces exclude the water, with the name of the first;
+  !> empty where there is none.
   pure function effective_note(analysis) result(text)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: text, but
@@ -100,7 +102,7 @@ contains
     height = model%mesh%bounds(axis, 2) - model%mesh%bounds(axis, 1)
   end function mesh_height
 
-  !> Whether a level of the deck is that of a body.
+  !> Checks whether a level of the deck applies to a body.
   pure logical function is_of(model, level, body, table) result(yes)
     type(model_type), intent(in) :: model
     type(water_level_type), intent(in) :: level
@@ -111,7 +113,7 @@ contains
     if (len(level%body) == 0) yes = .not. table%own
   end function is_of
 
-  !> A line runs over the mesh, and not below all of the ground that it is for.
+  !> Checks that a line crosses the mesh and is not below all ground to which it applies.
   subroutine check_reach(model, level, tables, diagnostics)
     type(model_type), intent(in) :: model
     type(water_level_type), intent(in) :: level
@@ -143,7 +145,7 @@ contains
     end associate
   end subroutine check_reach
 
-  !> A line falls over more than the box of a material point, over which its slope is taken in the mean, or not at all.
+  !> Checks that no steep fall of a line is within the box of a point, over which its slope is averaged.
   subroutine check_falls(model, level, tables, diagnostics)
     type(model_type), intent(in) :: model
     type(water_level_type), intent(in) :: level
@@ -180,7 +182,7 @@ contains
     end do
   end subroutine check_falls
 
-  !> Where it slopes a line is in the ground or on it: water that stands free is level.
+  !> Checks that a sloping line is within the ground or at its surface, since free water is horizontal.
   subroutine check_slope(model, ground, level, tables, diagnostics)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
@@ -217,7 +219,7 @@ contains
     end associate
   end subroutine check_slope
 
-  !> Bodies that touch have the same pressure where they do, unless a *PRESSURE acts between them.
+  !> Checks that bodies in contact have the same pressure there, unless a *PRESSURE acts between them.
   subroutine check_neighbours(model, ground, number, tables, diagnostics)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
@@ -243,7 +245,7 @@ contains
     end do
   end subroutine check_neighbours
 
-  !> Largest jump of the pressure between two bodies where they touch; 0 where it is none.
+  !> Largest jump of the pressure between two bodies where they are in contact; 0 without one.
   real(wp) function largest_jump(model, ground, tables, a, b) result(largest)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
@@ -265,14 +267,14 @@ contains
     end do
   end function largest_jump
 
-  !> Letter of the coordinate along which levels vary.
+  !> Name of the coordinate along which levels vary.
   pure character(len=1) function across_name(tables) result(letter)
     type(water_table_type), intent(in) :: tables(:)
 
     letter = merge('y', 'x', tables(1)%across == 2)
   end function across_name
 
-  !> Whether two levels are one.
+  !> Checks whether two levels are equal.
   elemental logical function same_tables(a, b) result(same)
     type(water_table_type), intent(in) :: a, b
 
@@ -282,7 +284,8 @@ contains
     if (same) same = all(abs(a%x - b%x) <= 0.0_wp) .and. all(abs(a%height - b%height) <= 0.0_wp)
   end function same_tables
 
-  !> Whether a *PRESSURE acts in a phase between two bodies: on one of them where the other one touches it.
+  !> Checks whether a *PRESSURE acts between two bodies in a phase: on one of them where it is in contact with the
+  !> other.
   pure logical function is_pressed(model, ground, number, a, b) result(pressed)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
@@ -306,21 +309,21 @@ contains
       end do
     end associate
   contains
-    !> Whether a body holds the place behind the surface point, or the one before it.
+    !> Checks whether a body contains the place behind the surface point, or the one in front of it.
     pure logical function holds(body, side)
       integer, intent(in) :: body
-      !> 1 behind, -1 before.
+      !> 1 behind, -1 in front.
       integer, intent(in) :: side
 
       holds = body_holds(ground, body, place_beside(model, ground, k, side))
     end function holds
   end function is_pressed
 
-  !> A place a hair behind a surface point, in the body, or before it.
+  !> Returns a place slightly behind a surface point, in the body, or in front of it.
   pure function place_beside(model, ground, k, side) result(place)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
-    !> Number of the surface point; 1 behind it, -1 before it.
+    !> Number of the surface point; 1 behind it, -1 in front of it.
     integer, intent(in) :: k, side
     real(wp) :: place(model%mesh%dimension)
 
@@ -330,7 +333,7 @@ contains
     end associate
   end function place_beside
 
-  !> No surface below the level of its body is under a pressure of water.
+  !> Checks that no surface below the level of its body is loaded by a water pressure.
   subroutine check_pressures(model, ground, number, tables, diagnostics)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
@@ -364,9 +367,9 @@ contains
     end associate
   end subroutine check_pressures
 
-  !> Warn of bodies that a phase takes out below the level. The force of the water on the ground (qsmpm_pore_water) has
-  !> its pressure on every face below the level, so also on floor and walls of a pit. That is an excavation under water,
-  !> and right as such; who means a dry pit has to lower the level.
+  !> Warns of bodies that a phase removes below the level. The force of the water on the ground (qsmpm_pore_water)
+  !> includes its pressure on every face below the level, also on floor and walls of an excavation. That is correct for
+  !> an underwater excavation; a dry one requires a lowered level.
   subroutine warn_of_flooded_pits(model, ground, number, tables, tolerance, notes)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
@@ -374,9 +377,9 @@ contains
     integer, intent(in) :: number
     !> Levels at its end (bodies).
     type(water_table_type), intent(in) :: tables(:)
-    !> Depth of water that counts, and distance from a face to what lies behind it [length].
+    !> Smallest relevant depth of water, and distance from a face to the place behind it [length].
     real(wp), intent(in) :: tolerance(2)
-    !> Sentences for the log.
+    !> Text for the log.
     character(len=:), allocatable, intent(inout) :: notes
     real(wp) :: depth
     integer :: i
@@ -396,9 +399,9 @@ contains
     end associate
   end subroutine warn_of_flooded_pits
 
-  !> Warn of a hollow that is drawn below the level, as a culvert or a tunnel is: its floor has a body below it, ground
-  !> or a roof above it and nothing in between. The force of the water presses on its faces from within too.
-  !> Scenes with rigid bodies, which may fill it, are left out.
+  !> Warns of a cavity below the level, such as a culvert or a tunnel: its floor has a body below it, ground or a roof
+  !> above it and nothing in between. The force of the water also acts on its faces from within. Scenes with rigid
+  !> bodies, which may fill it, are skipped.
   subroutine warn_of_flooded_hollow(model, ground, number, tables, tolerance, notes)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
@@ -406,9 +409,9 @@ contains
     integer, intent(in) :: number
     !> Levels at its end (bodies).
     type(water_table_type), intent(in) :: tables(:)
-    !> Depth of water that counts, and distance from a face to what lies before it [length].
+    !> Smallest relevant depth of water, and distance from a face to the place in front of it [length].
     real(wp), intent(in) :: tolerance(2)
-    !> Sentences for the log.
+    !> Text for the log.
     character(len=:), allocatable, intent(inout) :: notes
     real(wp), allocatable :: places(:, :)
     real(wp) :: below(3)
@@ -440,7 +443,7 @@ contains
     end do
   end subroutine warn_of_flooded_hollow
 
-  !> Largest depth below the level of the faces that a body leaves in what is still there.
+  !> Largest depth below the level of the faces of active bodies that the removal of a body exposes.
   real(wp) function depth_of_water(model, ground, number, body, tables, hair) result(depth)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground

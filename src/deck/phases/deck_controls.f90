@@ -1,5 +1,5 @@
-!> How a phase is stepped and what ends it: *CONTROLS, *CONSTANT LOAD TEST, *SAFETY of phases of TYPE=SAFETY, *STOP; and
-!> what such phases may not have, and histories and stops refer to.
+!> Keywords of the solution of a phase: *CONTROLS, *CONSTANT LOAD TEST, *SAFETY of phases of TYPE=SAFETY, and *STOP;
+!> checks of safety phases, of histories and of stops.
 module qsmpm_deck_controls
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: controls_type, phase_type, phase_safety, initial_keep, stop_type
@@ -23,7 +23,7 @@ module qsmpm_deck_controls
 
 contains
 
-  !> *CONTROLS, *CONSTANT LOAD TEST, *SAFETY.
+  !> Adds the keywords *CONTROLS, *CONSTANT LOAD TEST, *SAFETY.
   subroutine add_control_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -40,7 +40,7 @@ contains
       '*SAFETY, TOLERANCE=0.005, FLOW=DAVIS B, RUNOUT=1.5')
   end subroutine add_control_keywords
 
-  !> *CONTROLS.
+  !> Describes the fields of *CONTROLS.
   subroutine control_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -52,7 +52,7 @@ contains
     end associate
   end subroutine control_fields
 
-  !> Length of steps and Newton's iteration.
+  !> Describes step length and Newton's iteration.
   subroutine step_fields(fields, c)
     class(card_fields_type), intent(inout) :: fields
     type(controls_type), intent(inout) :: c
@@ -82,7 +82,7 @@ contains
       range='(0, inf)')
   end subroutine step_fields
 
-  !> Stabilisation, re-equilibration, the limit load and damping.
+  !> Describes stabilisation, re-equilibration, limit load and damping.
   subroutine equilibrium_fields(fields, c)
     class(card_fields_type), intent(inout) :: fields
     type(controls_type), intent(inout) :: c
@@ -106,7 +106,7 @@ contains
       needs='DAMPING=YES')
   end subroutine equilibrium_fields
 
-  !> What the numbers of *CONTROLS say together.
+  !> Checks the numbers of *CONTROLS in combination.
   subroutine check_controls(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -120,7 +120,7 @@ contains
     end associate
   end subroutine check_controls
 
-  !> A limit load is one of forces: a phase that asks for it has some that grow.
+  !> Checks that a phase with a limit load has forces that grow.
   subroutine check_limit_compliance(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p
@@ -137,7 +137,7 @@ contains
     end associate
   end subroutine check_limit_compliance
 
-  !> Whether a phase frees what an earlier one holds: the forces that held it act then.
+  !> Checks whether a phase releases fixities of an earlier one, whose reactions then act as loads.
   pure logical function releases(phases, number)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
@@ -163,7 +163,7 @@ contains
     end do
   end function releases
 
-  !> *CONSTANT LOAD TEST.
+  !> Describes the fields of *CONSTANT LOAD TEST.
   subroutine constant_load_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -176,7 +176,7 @@ contains
     end associate
   end subroutine constant_load_fields
 
-  !> The load factors rise and are reached.
+  !> Checks that the load factors increase and are reached.
   subroutine check_constant_load(state)
     type(deck_state_type), intent(inout) :: state
     real(wp) :: at, before
@@ -197,7 +197,7 @@ contains
     end associate
   end subroutine check_constant_load
 
-  !> *SAFETY.
+  !> Describes the fields of *SAFETY.
   subroutine safety_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -217,7 +217,7 @@ contains
     end associate
   end subroutine safety_fields
 
-  !> Safety phases lower the strength at the loads of their parents, and nothing starts from them.
+  !> Checks that safety phases reduce the strength at the loads of their parents, and that no phase starts from them.
   subroutine check_safety(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p
@@ -228,7 +228,7 @@ contains
     end do
   end subroutine check_safety
 
-  !> A safety phase has a loaded parent and nothing of its own.
+  !> Checks that a safety phase has a loaded parent and no loads or changes of its own.
   subroutine check_kind(state, number)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: number
@@ -251,7 +251,7 @@ contains
     end associate
   end subroutine check_kind
 
-  !> A card of a phase that a safety phase may not have; empty for none.
+  !> Returns a keyword of a phase that a safety phase may not have; empty if none.
   pure function own_card(phase) result(card)
     type(phase_type), intent(in) :: phase
     character(len=:), allocatable :: card
@@ -269,7 +269,7 @@ contains
     if (size(phase%water_levels) > 0) card = 'WATER LEVEL'
   end function own_card
 
-  !> Nothing starts from a safety phase.
+  !> Checks that no phase starts from a safety phase.
   subroutine check_parent_kind(state, number)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: number
@@ -290,7 +290,7 @@ contains
     end associate
   end subroutine check_parent_kind
 
-  !> *STOP.
+  !> Adds the keyword *STOP.
   subroutine add_stop_keyword(table)
     type(table_type), intent(inout) :: table
 
@@ -300,7 +300,7 @@ contains
       '*STOP| crest, BELOW, -0.5| force, ABOVE, 200')
   end subroutine add_stop_keyword
 
-  !> *STOP.
+  !> Describes the fields of *STOP.
   subroutine stop_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -322,7 +322,7 @@ contains
     end associate
   end subroutine stop_fields
 
-  !> Bodies and surfaces of histories exist; a surface that nothing supports has no reaction.
+  !> Checks that bodies and surfaces of histories exist; a surface without support has no reaction.
   subroutine check_histories(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -344,7 +344,7 @@ contains
     end do
   end subroutine check_histories
 
-  !> Whether a phase holds a surface.
+  !> Checks whether a phase supports a surface.
   pure logical function is_supported(state, surface)
     type(deck_state_type), intent(in) :: state
     character(len=*), intent(in) :: surface
@@ -358,7 +358,7 @@ contains
     end do
   end function is_supported
 
-  !> Histories of stops exist; the factor is one of a safety phase.
+  !> Checks that histories of stops exist, and that the factor is used in safety phases only.
   subroutine check_stops(state)
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: names(:), known(:)

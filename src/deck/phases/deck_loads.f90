@@ -1,6 +1,6 @@
-!> Cards of what a phase starts from, *INITIAL, *RESET DISPLACEMENTS, *UPDATE STRENGTH, and of what acts on it:
-!> *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL (qsmpm_deck_water), *SUPPORT, which holds a surface, and *CONTRACTION,
-!> which holds and moves that of a cavity.
+!> Keywords of the initial state of a phase, *INITIAL, *RESET DISPLACEMENTS, *UPDATE STRENGTH, and of its loads:
+!> *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL (qsmpm_deck_water), *SUPPORT, which fixes a surface, and *CONTRACTION,
+!> which prescribes the contraction of that of a cavity.
 module qsmpm_deck_loads
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: traction_type, support_all, support_none
@@ -21,7 +21,7 @@ module qsmpm_deck_loads
 
 contains
 
-  !> *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL, *SUPPORT, *CONTRACTION.
+  !> Adds the keywords *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL, *SUPPORT, *CONTRACTION.
   subroutine add_load_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -44,7 +44,7 @@ contains
       '*CONTRACTION, SURFACE=tunnel| 1.5', check_support, list=list_supports, opens='contraction')
   end subroutine add_load_keywords
 
-  !> *GRAVITY.
+  !> Describes the fields of *GRAVITY.
   subroutine gravity_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -56,7 +56,7 @@ contains
     end associate
   end subroutine gravity_fields
 
-  !> *TRACTION.
+  !> Describes the fields of *TRACTION.
   subroutine traction_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -71,7 +71,7 @@ contains
     end associate
   end subroutine traction_fields
 
-  !> *PRESSURE.
+  !> Describes the fields of *PRESSURE.
   subroutine pressure_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -91,7 +91,7 @@ contains
     end associate
   end subroutine pressure_fields
 
-  !> Level and unit weight of the water that presses.
+  !> Describes level and unit weight of a water pressure.
   subroutine water_fields(fields, traction)
     class(card_fields_type), intent(inout) :: fields
     type(traction_type), intent(inout) :: traction
@@ -105,7 +105,7 @@ contains
     if (fields%reading .and. traction%of_water) traction%gradient = weight
   end subroutine water_fields
 
-  !> A pressure of water has its weight.
+  !> Checks that a water pressure has a unit weight.
   subroutine check_pressure(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -114,7 +114,7 @@ contains
       'the parameter UNIT WEIGHT, the weight of the water per volume')
   end subroutine check_pressure
 
-  !> The surface of a load.
+  !> Describes the surface of a load.
   subroutine surface_field(fields, traction)
     class(card_fields_type), intent(inout) :: fields
     type(traction_type), intent(inout) :: traction
@@ -123,7 +123,7 @@ contains
     call fields%name('SURFACE', traction%surface, 'the surface', required=.true.)
   end subroutine surface_field
 
-  !> A phase has one load a surface.
+  !> Checks that a phase has one load per surface.
   subroutine check_load(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -136,7 +136,7 @@ contains
     end associate
   end subroutine check_load
 
-  !> *SUPPORT.
+  !> Describes the fields of *SUPPORT.
   subroutine support_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -150,7 +150,7 @@ contains
     end associate
   end subroutine support_fields
 
-  !> *CONTRACTION.
+  !> Describes the fields of *CONTRACTION.
   subroutine contraction_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -169,7 +169,7 @@ contains
     end associate
   end subroutine contraction_fields
 
-  !> A phase has one support a surface.
+  !> Checks that a phase has one support per surface.
   subroutine check_support(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -182,7 +182,7 @@ contains
     end associate
   end subroutine check_support
 
-  !> All three.
+  !> Adds the keywords of the initial state.
   subroutine add_initial_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -197,7 +197,7 @@ contains
       'they do not change.', update_fields, '*UPDATE STRENGTH')
   end subroutine add_initial_keywords
 
-  !> *INITIAL.
+  !> Describes the fields of *INITIAL.
   subroutine initial_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -231,7 +231,7 @@ contains
     end associate
   end subroutine initial_fields
 
-  !> Stresses are a start of the first phase; heights rise; the file is read.
+  !> Checks that stresses are prescribed in the first phase only and that heights increase, and reads the file.
   subroutine check_initial(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -244,7 +244,7 @@ contains
     end associate
   end subroutine check_initial
 
-  !> The heights of a table rise.
+  !> Checks that the heights of a table increase.
   subroutine check_heights(table, state)
     !> Heights in the first row.
     real(wp), intent(in) :: table(:, :)
@@ -257,7 +257,7 @@ contains
     end do
   end subroutine check_heights
 
-  !> Stresses of a file.
+  !> Reads stresses from a file.
   subroutine read_file(initial, state)
     type(initial_stress_type), intent(inout) :: initial
     type(deck_state_type), intent(inout) :: state
@@ -275,7 +275,7 @@ contains
     if (allocated(error)) call state%report_error(error%message)
   end subroutine read_file
 
-  !> *RESET DISPLACEMENTS.
+  !> Describes the fields of *RESET DISPLACEMENTS.
   subroutine reset_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -288,7 +288,7 @@ contains
     end associate
   end subroutine reset_fields
 
-  !> *UPDATE STRENGTH.
+  !> Describes the fields of *UPDATE STRENGTH.
   subroutine update_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck

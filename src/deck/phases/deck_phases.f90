@@ -1,4 +1,4 @@
-!> Cards of phases: *PHASE, what changes in it, *END PHASE. Loads on surfaces: qsmpm_deck_loads.
+!> Keywords of phases: *PHASE, fixities and prescribed displacements, *END PHASE. Surface loads: qsmpm_deck_loads.
 module qsmpm_deck_phases
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: fixity_type, prescription_type
@@ -23,7 +23,7 @@ module qsmpm_deck_phases
 
 contains
 
-  !> *PHASE to *END PHASE.
+  !> Adds the keywords *PHASE to *END PHASE.
   subroutine add_phase_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -49,7 +49,7 @@ contains
     call table%add('END PHASE', in_phase, once, 'Ends a phase.', end_fields, '*END PHASE', end_phase)
   end subroutine add_phase_keywords
 
-  !> *PHASE.
+  !> Describes the fields of *PHASE.
   subroutine phase_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -72,7 +72,7 @@ contains
     end associate
   end subroutine phase_fields
 
-  !> The phase before has ended.
+  !> Checks that the previous phase has ended.
   subroutine begin_phase(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -82,7 +82,7 @@ contains
     state%phase_place = state%card%place
   end subroutine begin_phase
 
-  !> A first step is shorter than even ones, and a share of the time that the phase says it lasts.
+  !> Checks that FIRST TIME has a TIME and is shorter than a uniform step.
   subroutine check_first_times(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p
@@ -104,7 +104,7 @@ contains
     end do
   end subroutine check_first_times
 
-  !> *END PHASE, in every phase.
+  !> Describes *END PHASE, which ends every phase.
   subroutine end_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -112,7 +112,7 @@ contains
     call fields%there(size(deck%analysis%phases) > 0)
   end subroutine end_fields
 
-  !> What follows is in no phase.
+  !> Ends the phase.
   subroutine end_phase(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -120,7 +120,7 @@ contains
     state%in_phase = .false.
   end subroutine end_phase
 
-  !> *FIX.
+  !> Describes the fields of *FIX.
   subroutine fix_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -142,7 +142,7 @@ contains
     end associate
   end subroutine fix_fields
 
-  !> Components that are held, as words.
+  !> Returns the fixed components as words.
   pure function words_of(fixity) result(words)
     type(fixity_type), intent(in) :: fixity
     type(string_type), allocatable :: words(:)
@@ -155,7 +155,7 @@ contains
     if (size(words) == 0) call add_word(words, 'FREE')
   end function words_of
 
-  !> Hold the components that are named.
+  !> Fixes the named components.
   pure subroutine hold(fixity, words, dimension)
     type(fixity_type), intent(inout) :: fixity
     type(string_type), intent(in) :: words(:)
@@ -173,7 +173,7 @@ contains
     end do
   end subroutine hold
 
-  !> Each set is named once, and each component of it.
+  !> Checks that each set is named once, and each component of it.
   subroutine check_fixities(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -188,7 +188,7 @@ contains
     end do
   end subroutine check_fixities
 
-  !> FREE and ALL stand alone, and no axis twice.
+  !> Checks that FREE and ALL are alone, and that no axis is repeated.
   subroutine check_components(row, state)
     type(row_type), intent(in) :: row
     type(deck_state_type), intent(inout) :: state
@@ -210,7 +210,7 @@ contains
     end do
   end subroutine check_components
 
-  !> *PRESCRIBE.
+  !> Describes the fields of *PRESCRIBE.
   subroutine prescribe_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -230,7 +230,7 @@ contains
     end associate
   end subroutine prescribe_fields
 
-  !> Each component of a set is prescribed once.
+  !> Checks that each component of a set is prescribed once.
   subroutine check_prescriptions(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k

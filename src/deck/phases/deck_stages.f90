@@ -1,6 +1,6 @@
-!> Staged construction: *ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL. When the whole deck is known: the bodies exist, come
-!> when they are not there and go when they are, and something is left; nothing acts on a body that is not there. Props:
-!> the cards *PROP, *INSTALL and *REMOVE.
+!> Staged construction: *ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL, and the checks of the complete deck: bodies exist, are
+!> activated only if inactive and deactivated only if active, at least one remains, and nothing acts on an inactive
+!> body. Props: the keywords *PROP, *INSTALL and *REMOVE.
 module qsmpm_deck_stages
   use qsmpm_body_description, only: body_change_type, fill_level
   use qsmpm_card_fields, only: card_fields_type
@@ -24,7 +24,7 @@ module qsmpm_deck_stages
 
 contains
 
-  !> *ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL.
+  !> Adds the keywords *ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL.
   subroutine add_stage_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -39,7 +39,7 @@ contains
       '*CHANGE MATERIAL| column, grouted', check_changes)
   end subroutine add_stage_keywords
 
-  !> *ACTIVATE.
+  !> Describes the fields of *ACTIVATE.
   subroutine activate_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -55,7 +55,7 @@ contains
     deck%analysis%phases(deck%phase)%activations%fill = fill
   end subroutine activate_fields
 
-  !> *DEACTIVATE.
+  !> Describes the fields of *DEACTIVATE.
   subroutine deactivate_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -63,7 +63,7 @@ contains
     call body_rows(fields, deck%analysis%phases(deck%phase)%deactivations, .false.)
   end subroutine deactivate_fields
 
-  !> *CHANGE MATERIAL.
+  !> Describes the fields of *CHANGE MATERIAL.
   subroutine material_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -71,11 +71,11 @@ contains
     call body_rows(fields, deck%analysis%phases(deck%phase)%materials, .true.)
   end subroutine material_fields
 
-  !> Rows of a card.
+  !> Describes the rows of bodies.
   subroutine body_rows(fields, list, with_material)
     class(card_fields_type), intent(inout) :: fields
     type(body_change_type), allocatable, intent(inout) :: list(:)
-    !> A material stands beside each body.
+    !> A material is given for each body.
     logical, intent(in) :: with_material
     integer :: i, n
 
@@ -90,14 +90,14 @@ contains
     end do
   end subroutine body_rows
 
-  !> Each body is named once.
+  !> Checks that each body is named once.
   subroutine check_changes(state)
     type(deck_state_type), intent(inout) :: state
 
     call state%check_once('body')
   end subroutine check_changes
 
-  !> All phases, one after the other.
+  !> Checks all phases in order.
   subroutine check_stages(state)
     type(deck_state_type), intent(inout) :: state
     logical :: before(size(state%analysis%bodies)), now(size(state%analysis%bodies))
@@ -123,7 +123,7 @@ contains
     call check_unused(state)
   end subroutine check_stages
 
-  !> What bodies that come and go cannot be combined with.
+  !> Checks the features that staged construction cannot be combined with.
   subroutine check_method(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p, i
@@ -143,7 +143,7 @@ contains
     end do
   end subroutine check_method
 
-  !> Bodies and materials of a list exist.
+  !> Checks that bodies and materials of a list exist.
   subroutine check_names(state, changes, keyword)
     type(deck_state_type), intent(inout) :: state
     type(body_change_type), intent(in) :: changes(:)
@@ -157,12 +157,12 @@ contains
     end do
   end subroutine check_names
 
-  !> What one phase changes can be changed.
+  !> Checks that the changes of one phase are possible.
   subroutine check_phase(state, p, before, now)
     type(deck_state_type), intent(inout) :: state
     !> Number of the phase.
     integer, intent(in) :: p
-    !> Bodies that are there before it and in it (bodies).
+    !> Bodies that are active before it and in it (bodies).
     logical, intent(in) :: before(:), now(:)
     logical :: coming(size(before)), going(size(before))
     integer :: i, b
@@ -199,7 +199,7 @@ contains
 
   contains
 
-    !> Report a change that cannot be made.
+    !> Reports a change that is not possible.
     subroutine refuse(wrong, change, keyword, what)
       logical, intent(in) :: wrong
       type(body_change_type), intent(in) :: change
@@ -209,7 +209,7 @@ contains
     end subroutine refuse
   end subroutine check_phase
 
-  !> A phase loads and holds outlines of bodies that are there.
+  !> Checks that a phase loads and supports outlines of active bodies only.
   subroutine check_surfaces(state, phase, now)
     type(deck_state_type), intent(inout) :: state
     type(phase_type), intent(in) :: phase
@@ -228,7 +228,7 @@ contains
 
   contains
 
-    !> The body of one surface is there.
+    !> Checks that the body of one surface is active.
     subroutine check_surface(name, where, keyword)
       character(len=*), intent(in) :: name, keyword
       type(source_line_type), intent(in) :: where
@@ -246,7 +246,7 @@ contains
     end subroutine check_surface
   end subroutine check_surfaces
 
-  !> A body that no phase puts in place is worth a word.
+  !> Warns of a body that no phase activates.
   subroutine check_unused(state)
     type(deck_state_type), intent(inout) :: state
     logical :: used(size(state%analysis%bodies))
@@ -262,7 +262,7 @@ contains
     end do
   end subroutine check_unused
 
-  !> *PROP.
+  !> Adds the keyword *PROP.
   subroutine add_prop_keyword(table)
     type(table_type), intent(inout) :: table
 
@@ -273,7 +273,7 @@ contains
       '*PROP, NAME=strut, STIFFNESS=2e4, TENSION LIMIT=0| 2, 5.5, 8, 5.5', check_prop, list=list_props, opens='prop')
   end subroutine add_prop_keyword
 
-  !> *INSTALL, *REMOVE.
+  !> Adds the keywords *INSTALL, *REMOVE.
   subroutine add_prop_stage_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -285,7 +285,7 @@ contains
       remove_fields, '*REMOVE| strut', check_prop_changes)
   end subroutine add_prop_stage_keywords
 
-  !> *PROP.
+  !> Describes the fields of *PROP.
   subroutine prop_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -305,7 +305,7 @@ contains
     end associate
   end subroutine prop_fields
 
-  !> It has a name of its own and a length.
+  !> Checks that a prop has a unique name and a length.
   subroutine check_prop(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -315,7 +315,7 @@ contains
     end associate
   end subroutine check_prop
 
-  !> *INSTALL.
+  !> Describes the fields of *INSTALL.
   subroutine install_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -323,7 +323,7 @@ contains
     call change_rows(fields, deck%analysis%phases(deck%phase)%installed, .true.)
   end subroutine install_fields
 
-  !> *REMOVE.
+  !> Describes the fields of *REMOVE.
   subroutine remove_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -331,11 +331,11 @@ contains
     call change_rows(fields, deck%analysis%phases(deck%phase)%removed, .false.)
   end subroutine remove_fields
 
-  !> Rows of a card.
+  !> Describes the rows of props.
   subroutine change_rows(fields, list, with_force)
     class(card_fields_type), intent(inout) :: fields
     type(prop_change_type), allocatable, intent(inout) :: list(:)
-    !> A force may stand beside each prop.
+    !> A force may be given for each prop.
     logical, intent(in) :: with_force
     integer :: i, n
 
@@ -352,14 +352,14 @@ contains
     end do
   end subroutine change_rows
 
-  !> Each prop is named once.
+  !> Checks that each prop is named once.
   subroutine check_prop_changes(state)
     type(deck_state_type), intent(inout) :: state
 
     call state%check_once('prop')
   end subroutine check_prop_changes
 
-  !> Props that phases name exist; they are there when they are taken out, and bear the force that they are jacked to.
+  !> Checks that the props of phases exist, are installed when they are removed, and resist the jacking force.
   subroutine check_props(state)
     type(deck_state_type), intent(inout) :: state
     type(prop_stage_type) :: stage
@@ -389,11 +389,11 @@ contains
     end do
   end subroutine check_props
 
-  !> What a phase does to a prop can be done.
+  !> Checks that a change of a prop in a phase is possible.
   subroutine check_stage(state, prop, number, stage)
     type(deck_state_type), intent(inout) :: state
     type(prop_type), intent(in) :: prop
-    !> Of the phase.
+    !> Number of the phase.
     integer, intent(in) :: number
     type(prop_stage_type), intent(in) :: stage
     integer :: k

@@ -1,4 +1,4 @@
-!> Cards that name parts of the mesh, *NSET, *ELSET, *SURFACE, and of bodies and their points: *BODY, *POINTS.
+!> Keywords of named parts of the mesh, *NSET, *ELSET, *SURFACE, and of bodies and their points: *BODY, *POINTS.
 module qsmpm_deck_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_mesh_description, only: set_type, select_list, select_box, select_plane, select_segment, select_mesh, &
@@ -19,17 +19,17 @@ module qsmpm_deck_bodies
 
   public :: add_set_keywords, box_fields, check_box, give_points, polygon_fields, finish_polygon
 
-  !> A longer run of labels is a typing error.
+  !> A longer range of labels is a typing error.
   integer, parameter :: longest_run = 10000000
-  !> What the words of TYPE of *SURFACE select.
+  !> Selections of the words of TYPE of *SURFACE.
   integer, parameter :: selections(4) = [select_box, select_segment, select_mesh, select_outline]
 
-  !> Areas below this share of the enclosing box are rounding.
+  !> Areas below this share of the enclosing box are round-off.
   real(wp), parameter :: flat = 1.0e-12_wp
 
 contains
 
-  !> *NSET, *ELSET, *SURFACE, *BODY, *POINTS.
+  !> Adds the keywords *NSET, *ELSET, *SURFACE, *BODY, *POINTS.
   subroutine add_set_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -50,7 +50,7 @@ contains
       '*POINTS, PER ELEMENT=18', check_points, list=list_points, opens='request')
   end subroutine add_set_keywords
 
-  !> *NSET.
+  !> Describes the fields of *NSET.
   subroutine node_set_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -73,7 +73,7 @@ contains
     end associate
   end subroutine node_set_fields
 
-  !> *ELSET.
+  !> Describes the fields of *ELSET.
   subroutine element_set_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -86,7 +86,7 @@ contains
     end associate
   end subroutine element_set_fields
 
-  !> Parameters of sets given by labels or a box.
+  !> Describes the parameters of sets given by labels or a box.
   subroutine list_parameters(fields, set)
     class(card_fields_type), intent(inout) :: fields
     type(set_type), intent(inout) :: set
@@ -99,7 +99,7 @@ contains
     if (fields%reading .and. boxed) set%selection = select_box
   end subroutine list_parameters
 
-  !> Data lines of sets given by labels or a box; runs of labels are written out.
+  !> Describes the data lines of sets given by labels or a box; ranges of labels are expanded.
   subroutine list_columns(fields, set)
     class(card_fields_type), intent(inout) :: fields
     type(set_type), intent(inout) :: set
@@ -116,7 +116,7 @@ contains
     call fields%labels('label', set%labels, 'label', range='[1, inf)')
   end subroutine list_columns
 
-  !> Columns of a box.
+  !> Describes the columns of a box.
   subroutine box_fields(fields, box)
     class(card_fields_type), intent(inout) :: fields
     !> Lower and upper corner (3,2).
@@ -130,7 +130,7 @@ contains
     call fields%number('zmax', box(3, 2), 'largest z', third=.true.)
   end subroutine box_fields
 
-  !> Rest of *NSET.
+  !> Finishes *NSET.
   subroutine finish_node_set(state)
     type(deck_state_type), intent(inout) :: state
     type(set_type) :: set
@@ -142,7 +142,7 @@ contains
     state%analysis%node_sets(state%item) = set
   end subroutine finish_node_set
 
-  !> Rest of *ELSET.
+  !> Finishes *ELSET.
   subroutine finish_element_set(state)
     type(deck_state_type), intent(inout) :: state
     type(set_type) :: set
@@ -152,7 +152,7 @@ contains
     state%analysis%element_sets(state%item) = set
   end subroutine finish_element_set
 
-  !> Runs of labels, and a box that is one.
+  !> Expands ranges of labels and checks the box.
   subroutine finish_set(set, state)
     type(set_type), intent(inout) :: set
     type(deck_state_type), intent(inout) :: state
@@ -161,7 +161,7 @@ contains
     if (state%card%has('GENERATE') .and. set%selection == select_list) call read_runs(set%labels, state)
   end subroutine finish_set
 
-  !> Runs of labels, written out.
+  !> Expands ranges of labels.
   subroutine read_runs(labels, state)
     integer, allocatable, intent(inout) :: labels(:)
     type(deck_state_type), intent(inout) :: state
@@ -176,7 +176,7 @@ contains
         else if (whole_at(row, 2) - whole_at(row, 1) > longest_run) then
           call state%error_at(row, 'the run of labels is too long')
         else
-          ! Counted from 0: a label beyond the last one may be no integer.
+          ! Counted from 0, as the label after the last one may overflow.
           step = max(1, whole_at(row, 3))
           labels = [labels, (whole_at(row, 1) + k*step, k=0, (whole_at(row, 2) - whole_at(row, 1))/step)]
         end if
@@ -184,11 +184,11 @@ contains
     end do
   end subroutine read_runs
 
-  !> A box is the right way round.
+  !> Checks that the upper corner of a box is above the lower one.
   subroutine check_box(solid, box, state)
-    !> The box needs a volume; else it may be a plane, a line or a point.
+    !> The box must have a volume; otherwise it may be a plane, a line or a point.
     logical, intent(in) :: solid
-    !> Lower and upper corner (3,2); the third component is 0 in the plane.
+    !> Lower and upper corner (3,2); the third component is 0 in plane models.
     real(wp), intent(in) :: box(3, 2)
     type(deck_state_type), intent(inout) :: state
     character(len=1), parameter :: axes(3) = ['X', 'Y', 'Z']
@@ -204,7 +204,7 @@ contains
     end do
   end subroutine check_box
 
-  !> *SURFACE.
+  !> Describes the fields of *SURFACE.
   subroutine surface_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -229,7 +229,7 @@ contains
     end associate
   end subroutine surface_fields
 
-  !> Segments have a length, boxes are the right way round, an outline has a body.
+  !> Checks that segments have a length, boxes are ordered, and an outline has a body.
   subroutine check_surface(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -252,7 +252,7 @@ contains
     end associate
   end subroutine check_surface
 
-  !> *BODY.
+  !> Describes the fields of *BODY.
   subroutine body_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -275,7 +275,7 @@ contains
     end associate
   end subroutine body_fields
 
-  !> Vertices of a polygon.
+  !> Describes the vertices of a polygon.
   subroutine polygon_fields(fields, polygon)
     class(card_fields_type), intent(inout) :: fields
     !> (2,n)
@@ -285,7 +285,7 @@ contains
       column_type('y', 'coordinate')], polygon, when='SHAPE=POLYGON')
   end subroutine polygon_fields
 
-  !> What a shape needs is there.
+  !> Checks that the data of a shape are complete.
   subroutine finish_body(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -301,7 +301,7 @@ contains
     end select
   end subroutine finish_body
 
-  !> The file of a polyhedron; it is read when the model is built.
+  !> Finds the file of a polyhedron, which is read when the model is built.
   subroutine find_file(state)
     type(deck_state_type), intent(inout) :: state
     logical :: there
@@ -319,9 +319,9 @@ contains
     end if
   end subroutine find_file
 
-  !> A polygon bounds an area; it is turned counter-clockwise.
+  !> Checks that a polygon encloses an area, and orients it counter-clockwise.
   subroutine finish_polygon(polygon, state)
-    !> One of the deck's (2,n).
+    !> Vertices (2,n).
     real(wp), intent(inout) :: polygon(:, :)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
@@ -335,7 +335,7 @@ contains
     end if
   end subroutine finish_polygon
 
-  !> *POINTS.
+  !> Describes the fields of *POINTS.
   subroutine point_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -349,7 +349,7 @@ contains
     end associate
   end subroutine point_fields
 
-  !> No body is asked for twice.
+  !> Checks that no body has two *POINTS.
   subroutine check_points(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -366,7 +366,7 @@ contains
     end associate
   end subroutine check_points
 
-  !> Give every body its number of points, when all bodies are known.
+  !> Assigns the number of points to every body, when all bodies are known.
   subroutine give_points(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, b
@@ -383,7 +383,7 @@ contains
     end do
   end subroutine give_points
 
-  !> The element of a mesh whose element the deck tells allows the number.
+  !> Checks the number of points of a mesh whose element is given in the deck.
   subroutine check_count(state, i)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: i
@@ -401,9 +401,9 @@ contains
       state%analysis%mesh%element//' allows: '//integer_list(counts))
   end subroutine check_count
 
-  !> What is wrong with an outline, empty when nothing is.
+  !> Returns the fault of an outline, empty if there is none.
   pure function outline_problem(vertices) result(problem)
-    !> Vertices in order, either way round (2,n).
+    !> Vertices in order, of either orientation (2,n).
     real(wp), intent(in) :: vertices(:, :)
     character(len=:), allocatable :: problem
     real(wp) :: extent(2)
@@ -434,7 +434,7 @@ contains
     end do
   end function outline_problem
 
-  !> Both ends of an edge.
+  !> Returns both ends of an edge.
   pure function edge(vertices, i) result(ends)
     !> Vertices (2,n).
     real(wp), intent(in) :: vertices(:, :)
@@ -446,7 +446,7 @@ contains
     ends(:, 2) = vertices(:, mod(i, size(vertices, 2)) + 1)
   end function edge
 
-  !> Whether two segments have a point in common.
+  !> Checks whether two segments have a point in common.
   pure logical function touch(a, b)
     !> Ends of one (2,2); ends of the other (2,2).
     real(wp), intent(in) :: a(2, 2), b(2, 2)
@@ -455,7 +455,7 @@ contains
       all(max(a(:, 1), a(:, 2)) >= min(b(:, 1), b(:, 2))) .and. all(max(b(:, 1), b(:, 2)) >= min(a(:, 1), a(:, 2)))
   end function touch
 
-  !> Whether the ends of a segment are not strictly on one side of another's line.
+  !> Checks whether the ends of a segment are not strictly on one side of the line of another.
   pure logical function sides_differ(line, ends)
     !> Two points of the line; ends of the segment.
     real(wp), intent(in) :: line(2, 2), ends(2, 2)

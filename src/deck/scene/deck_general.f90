@@ -1,5 +1,5 @@
-!> Cards of the analysis as a whole: heading, units, kind of model, method, solver, moving mesh and what is written:
-!> pictures, and *HISTORY, a column of the curves.
+!> Keywords of the analysis as a whole: heading, units, kind of model, method, solver, moving mesh and output: field
+!> output, and *HISTORY, a column of the curves.
 module qsmpm_deck_general
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: three_dimensional, plane_strain, mirror_auto, analysis_type
@@ -24,12 +24,12 @@ module qsmpm_deck_general
   public :: add_general_keywords, add_history_keyword, give_units
 
   character(len=*), parameter :: not_fem = 'BASIS=AUTO|STANDARD|GIMP|SPLINE2|SPLINE3|SPLINE2G'
-  !> Number of TYPE=AUTO, behind the kinds of model.
+  !> Number of TYPE=AUTO, after the kinds of model.
   integer, parameter :: model_auto = 4
 
 contains
 
-  !> *HEADING, *UNITS, *INCLUDE, *MODEL, *METHOD, *SOLVER, *MOVING MESH.
+  !> Adds the keywords *HEADING, *UNITS, *INCLUDE, *MODEL, *METHOD, *SOLVER, *MOVING MESH.
   subroutine add_general_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -57,7 +57,7 @@ contains
       'is in equilibrium with it.', confinement_fields, '*CONFINING PRESSURE| 100')
   end subroutine add_general_keywords
 
-  !> *CONFINING PRESSURE.
+  !> Describes the fields of *CONFINING PRESSURE.
   subroutine confinement_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -67,7 +67,7 @@ contains
     call fields%number('p', deck%analysis%confinement, 'compression positive', range='[0, inf)')
   end subroutine confinement_fields
 
-  !> *HEADING.
+  !> Describes the fields of *HEADING.
   subroutine heading_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -77,7 +77,7 @@ contains
     call fields%raw(deck%analysis%heading)
   end subroutine heading_fields
 
-  !> The lines of *HEADING.
+  !> Reads the lines of *HEADING.
   subroutine read_heading(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -89,7 +89,7 @@ contains
     end do
   end subroutine read_heading
 
-  !> *UNITS.
+  !> Describes the fields of *UNITS.
   subroutine unit_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -98,7 +98,7 @@ contains
     call fields%name('FORCE', deck%analysis%force_unit, 'unit of force', required=.true.)
   end subroutine unit_fields
 
-  !> *INCLUDE.
+  !> Describes the fields of *INCLUDE.
   subroutine include_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -108,14 +108,14 @@ contains
     call fields%file('INPUT', path, 'file, relative to the file that includes it', required=.true.)
   end subroutine include_fields
 
-  !> *INCLUDE has been replaced by its lines.
+  !> Reports an *INCLUDE that was not replaced by its lines.
   subroutine refuse_include(state)
     type(deck_state_type), intent(inout) :: state
 
     call state%report_error('was not resolved')
   end subroutine refuse_include
 
-  !> *MODEL.
+  !> Describes the fields of *MODEL.
   subroutine model_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -132,13 +132,13 @@ contains
         'scene, NO never', first=mirror_auto, needs='TYPE=AUTO')
       if (.not. fields%reading) return
       analysis%reduce = kind == model_auto
-      ! The dimension of AUTO has been found by the grid.
+      ! The dimension of AUTO has been determined from the grid.
       if (analysis%reduce) kind = merge(three_dimensional, plane_strain, deck%dimension == 3)
       analysis%model = kind
     end associate
   end subroutine model_fields
 
-  !> TYPE=AUTO has a grid, which says the dimension.
+  !> Checks that TYPE=AUTO has a grid, which defines the dimension.
   subroutine check_model(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -147,7 +147,7 @@ contains
     if (state%analysis%model > 0) state%dimension = merge(3, 2, state%analysis%model == three_dimensional)
   end subroutine check_model
 
-  !> *METHOD; for one material point only the frame of the laws counts.
+  !> Describes the fields of *METHOD; for one material point only the frame of the laws is used.
   subroutine method_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -161,7 +161,7 @@ contains
     end associate
   end subroutine method_fields
 
-  !> Functions and integration.
+  !> Describes functions and integration.
   subroutine space_fields(fields, method)
     class(card_fields_type), intent(inout) :: fields
     type(method_type), intent(inout) :: method
@@ -176,7 +176,7 @@ contains
       'BASIS=AUTO, otherwise POINTS', needs=not_fem)
   end subroutine space_fields
 
-  !> Kinematics of the laws.
+  !> Describes the kinematics of the laws.
   subroutine frame_fields(fields, method)
     class(card_fields_type), intent(inout) :: fields
     type(method_type), intent(inout) :: method
@@ -190,7 +190,7 @@ contains
       'elastic: Kirchhoff stress J sigma as in the paper, or Cauchy stress sigma as in most UMATs', needs=jaumann)
   end subroutine frame_fields
 
-  !> Stabilisation.
+  !> Describes the stabilisation.
   subroutine stabilisation_fields(fields, method)
     class(card_fields_type), intent(inout) :: fields
     type(method_type), intent(inout) :: method
@@ -204,7 +204,7 @@ contains
       ' for GHOST of SPLINE3, '//real_text(ghost_factor)//' for GHOST on elements', range='(0, 1]', needs=not_fem)
   end subroutine stabilisation_fields
 
-  !> What to choose for which scene; figures in docs/methods/choosing.md.
+  !> Adds the recommended choices by kind of scene; figures in docs/methods/choosing.md.
   subroutine advise_method(table)
     type(table_type), intent(inout) :: table
 
@@ -227,7 +227,7 @@ contains
       'STABILISATION=NONE and *CONTROLS, NEWTON=MODIFIED, TOLERANCE=1e-2')
   end subroutine advise_method
 
-  !> What *METHOD leaves open follows from its basis.
+  !> Sets the options that *METHOD leaves open from its basis.
   subroutine finish_method(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -241,7 +241,7 @@ contains
     end associate
   end subroutine finish_method
 
-  !> Stabilisation of a basis when nothing else is said.
+  !> Default stabilisation of a basis.
   pure integer function usual_stabilisation(basis) result(stabilisation)
     integer, intent(in) :: basis
 
@@ -255,7 +255,7 @@ contains
     end select
   end function usual_stabilisation
 
-  !> *SOLVER.
+  !> Describes the fields of *SOLVER.
   subroutine solver_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -271,7 +271,7 @@ contains
     end associate
   end subroutine solver_fields
 
-  !> Single precision is for the factors of two solvers.
+  !> Checks that single precision is used with the factors of two solvers only.
   subroutine check_solver(state)
     type(deck_state_type), intent(inout) :: state
     type(solver_row_type) :: row
@@ -285,7 +285,7 @@ contains
     end associate
   end subroutine check_solver
 
-  !> *MOVING MESH.
+  !> Describes the fields of *MOVING MESH.
   subroutine moving_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -303,7 +303,7 @@ contains
     end associate
   end subroutine moving_fields
 
-  !> The rows move along an axis that there is.
+  !> Checks that the rows move along an axis of the model.
   subroutine check_moving(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -318,7 +318,7 @@ contains
       'a plate; with BODY both ends of the grid are fixed')
   end subroutine check_moving
 
-  !> *FIELD.
+  !> Describes the fields of *FIELD.
   subroutine output_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -334,7 +334,7 @@ contains
     end associate
   end subroutine output_fields
 
-  !> Strains are carried where there is something to show them.
+  !> Requests the storage of strains if an output uses them.
   subroutine finish_output(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -343,7 +343,7 @@ contains
     end associate
   end subroutine finish_output
 
-  !> *RESTART.
+  !> Describes the fields of *RESTART.
   subroutine restart_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -353,7 +353,7 @@ contains
       'at the end of phases only', range='[0, inf)')
   end subroutine restart_fields
 
-  !> *HISTORY, *FIELD, *RESTART.
+  !> Adds the keywords *HISTORY, *FIELD, *RESTART.
   subroutine add_history_keyword(table)
     type(table_type), intent(inout) :: table
 
@@ -378,7 +378,7 @@ contains
       '*RESTART, EVERY=50')
   end subroutine add_history_keyword
 
-  !> *HISTORY.
+  !> Describes the fields of *HISTORY.
   subroutine history_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -413,7 +413,7 @@ contains
     end associate
   end subroutine history_fields
 
-  !> The component: of a vector, or, behind those in the list of words, of a tensor.
+  !> Describes the component: of a vector or, after those in the list of words, of a tensor.
   subroutine component_field(fields, history)
     class(card_fields_type), intent(inout) :: fields
     type(history_type), intent(inout) :: history
@@ -429,7 +429,7 @@ contains
     if (before == 0 .and. word > size(axis_words)) history%component = 0
   end subroutine component_field
 
-  !> The component is one of the quantity, and what the quantity needs is there.
+  !> Checks that the component is one of the quantity, and that the data of the quantity are given.
   subroutine check_history(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -456,7 +456,7 @@ contains
     end associate
   end subroutine check_history
 
-  !> The component is one of a vector or of a tensor, and in the plane of a plane model.
+  !> Checks that the component is one of a vector or of a tensor, and in the plane of a plane model.
   subroutine check_component(history, state)
     type(history_type), intent(in) :: history
     type(deck_state_type), intent(inout) :: state
@@ -470,7 +470,7 @@ contains
     end if
   end subroutine check_component
 
-  !> Units of the histories that have none of their own, when *UNITS and *MODEL are known.
+  !> Assigns units to the histories without their own, when *UNITS and *MODEL are known.
   pure subroutine give_units(analysis)
     type(analysis_type), intent(inout) :: analysis
     integer :: i

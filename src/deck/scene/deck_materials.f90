@@ -1,6 +1,6 @@
-!> Cards of materials: *MATERIAL and the properties that belong to the last one, *SOFTENING and *K0 among them, and what
-!> can be checked once the material is complete. The cards of the soil laws of qsmpm_law_factory are as each describes
-!> itself: nothing here knows any of them.
+!> Keywords of materials: *MATERIAL and the properties of the last one, among them *SOFTENING and *K0, and the checks of
+!> complete materials. The cards of the soil laws of qsmpm_law_factory are described by the laws themselves; nothing
+!> here depends on a particular law.
 module qsmpm_deck_materials
   use qsmpm_kinds, only: wp, pi
   use qsmpm_material_description, only: locking_none, material_type, traits_of
@@ -28,15 +28,15 @@ module qsmpm_deck_materials
 
   public :: add_material_keywords, check_softening, check_k0
 
-  !> Radians.
+  !> One degree in radians.
   real(wp), parameter :: degree = pi/180.0_wp
 
-  !> K0 and the passive ratio are the same up to rounding.
+  !> Round-off in the comparison of K0 with the passive ratio.
   real(wp), parameter :: rounding = 1.0e-9_wp
 
 contains
 
-  !> *MATERIAL and its properties.
+  !> Adds *MATERIAL and its properties.
   subroutine add_material_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -70,7 +70,7 @@ contains
     call add_user_material_keywords(table)
   end subroutine add_material_keywords
 
-  !> *MATERIAL.
+  !> Describes the fields of *MATERIAL.
   subroutine material_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -81,7 +81,7 @@ contains
     end associate
   end subroutine material_fields
 
-  !> *ELASTIC; a card with an error counts as given: the material is not said to be without elasticity as well.
+  !> Describes *ELASTIC; a card with an error counts as given, so that missing elasticity is not reported too.
   subroutine elastic_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -95,7 +95,7 @@ contains
     end associate
   end subroutine elastic_fields
 
-  !> *MOHR COULOMB.
+  !> Describes the fields of *MOHR COULOMB.
   subroutine strength_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -111,7 +111,8 @@ contains
     end associate
   end subroutine strength_fields
 
-  !> There is strength, dilatancy is not above friction, and the tensile strength has a meaning.
+  !> Checks that there is strength, that dilatancy does not exceed friction, and that the tensile strength has a
+  !> meaning.
   subroutine check_strength(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -127,7 +128,7 @@ contains
     end associate
   end subroutine check_strength
 
-  !> *UNIT WEIGHT.
+  !> Describes the fields of *UNIT WEIGHT.
   subroutine weight_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -140,7 +141,7 @@ contains
     end associate
   end subroutine weight_fields
 
-  !> *PERMEABILITY.
+  !> Describes the fields of *PERMEABILITY.
   subroutine permeability_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -171,7 +172,7 @@ contains
     end associate
   end subroutine permeability_fields
 
-  !> What a law wants to know.
+  !> Checks the data that a permeability law requires.
   subroutine check_permeability(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -186,7 +187,7 @@ contains
     end associate
   end subroutine check_permeability
 
-  !> *VOLUMETRIC LOCKING.
+  !> Describes the fields of *VOLUMETRIC LOCKING.
   subroutine locking_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -204,7 +205,7 @@ contains
     end associate
   end subroutine locking_fields
 
-  !> *SOFTENING.
+  !> Describes the fields of *SOFTENING.
   subroutine softening_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -231,7 +232,7 @@ contains
     end associate
   end subroutine softening_fields
 
-  !> Faults of the softening of complete materials.
+  !> Checks the softening of complete materials.
   subroutine check_softening(state)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: report_error
@@ -239,12 +240,12 @@ contains
 
     do i = 1, size(state%analysis%materials)
       associate (material => state%analysis%materials(i))
-        ! A data line with an error has been reported already.
+        ! A data line with an error has already been reported.
         if (.not. (material%softening%given .and. material%softening%strain > 0.0_wp)) cycle
         report_error = softening_error(material%softening, material%cohesion, material%friction_angle, &
           material%dilatancy_angle)
         if (.not. material%mohr_coulomb) report_error = 'the material has no *MOHR COULOMB strength that could soften'
-        ! A faulty card of the peak strength has been reported already.
+        ! An erroneous card of the peak strength has already been reported.
         if (material%mohr_coulomb .and. max(material%cohesion, material%friction_angle) <= 0.0_wp) cycle
         if (len(report_error) == 0 .and. material%softening%regularisation == regularise_nonlocal) report_error = &
           wrong_beside_field(state, i)
@@ -254,7 +255,7 @@ contains
     end do
   end subroutine check_softening
 
-  !> What a nonlocal strain cannot stand beside, empty for nothing.
+  !> Returns the option that a nonlocal strain cannot be combined with, empty if none.
   function wrong_beside_field(state, m) result(sentence)
     type(deck_state_type), intent(in) :: state
     !> Number of the material.
@@ -274,7 +275,7 @@ contains
     end associate
   end function wrong_beside_field
 
-  !> One card a law.
+  !> Adds one keyword per law.
   subroutine add_soil_law_keywords(table)
     type(table_type), intent(inout) :: table
     type(law_parameters_slot_type), allocatable :: laws(:)
@@ -288,7 +289,7 @@ contains
     end do
   end subroutine add_soil_law_keywords
 
-  !> The card of a law: the material's own where it has that one, else one with default parameters.
+  !> Describes the card of a law: that of the material if it has this law, otherwise one with default parameters.
   subroutine soil_law_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -315,7 +316,7 @@ contains
     end associate
   end subroutine soil_law_fields
 
-  !> A law by the keyword of its card.
+  !> Finds a law by the keyword of its card.
   subroutine find_law(keyword, law)
     character(len=*), intent(in) :: keyword
     class(law_parameters_type), allocatable, intent(out) :: law
@@ -330,7 +331,7 @@ contains
     end do
   end subroutine find_law
 
-  !> Whether the parameters make a model, here, where the line is known.
+  !> Checks whether the parameters define a model, here, where the line is known.
   subroutine check_soil_law(state)
     type(deck_state_type), intent(inout) :: state
     class(principal_model_type), allocatable :: model
@@ -348,7 +349,7 @@ contains
     if (allocated(error)) call state%error_at(state%card%rows(1), error%message)
   end subroutine check_soil_law
 
-  !> *K0.
+  !> Describes the fields of *K0.
   subroutine ratio_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -369,7 +370,7 @@ contains
     end associate
   end subroutine ratio_fields
 
-  !> One way to say what the ground has carried.
+  !> Checks that the stress history of the ground is given in one way only.
   subroutine check_card(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -379,7 +380,7 @@ contains
     end associate
   end subroutine check_card
 
-  !> K0 of all materials, when they are complete.
+  !> Checks K0 of all materials, when they are complete.
   subroutine check_k0(state)
     type(deck_state_type), intent(inout) :: state
     real(wp) :: default
@@ -404,7 +405,7 @@ contains
     end do
   end subroutine check_k0
 
-  !> What K0 is made of is known of the material.
+  !> Checks that the data from which K0 is computed are known.
   subroutine check_source(state, material)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
@@ -420,16 +421,16 @@ contains
       material%name//"': give NU")
   end subroutine check_source
 
-  !> The ratio lies between 0 and the passive one of soil without cohesion.
+  !> Checks that the ratio is between 0 and the passive one of soil without cohesion.
   subroutine check_range(state, material, default)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
-    !> K0 of materials without their own.
+    !> K0 of materials without *K0.
     real(wp), intent(in) :: default
     type(material_type) :: normal
     real(wp) :: ratio
 
-    ! With POP the ratio falls with depth; what can be judged is that of a great depth.
+    ! With POP the ratio decreases with depth; the value at great depth is checked.
     normal = material
     normal%at_rest%pre_overburden = 0.0_wp
     ratio = horizontal_at_rest(normal, default, 1.0_wp)
@@ -441,7 +442,7 @@ contains
       call report("K0 = "//rounded_text(ratio)//" of material '"//material%name//"' is not above 0")
     end if
   contains
-    !> An error at the card that has the ratio.
+    !> Reports an error at the card that has the ratio.
     subroutine report(sentence)
       character(len=*), intent(in) :: sentence
 

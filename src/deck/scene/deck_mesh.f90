@@ -1,5 +1,5 @@
-!> Cards of the mesh. *GRID: lines along the axes, from segments with graded spacing or from a list; *REFINE of
-!> triangles that fit the scene. *MESH (a file), *NODE and *ELEMENT (in the deck).
+!> Keywords of the mesh: *GRID, lines along the axes from segments with graded spacing or from a list; *REFINE of
+!> body-fitted triangles; *MESH (a file), *NODE and *ELEMENT (in the deck).
 module qsmpm_deck_mesh
   use qsmpm_kinds, only: wp, long
   use qsmpm_mesh_description, only: mesh_source_type, mesh_fitted, mesh_grid, diagonal_random, mesh_file, mesh_inline
@@ -22,12 +22,12 @@ module qsmpm_deck_mesh
   !> A larger grid is a typing error.
   integer, parameter :: most_lines = 1000000, most_cells = 50000000
   character(len=*), parameter :: ratio_range = '[1e-6, 1e6]'
-  !> Segments meet within rounding of their decimal numbers.
+  !> Relative tolerance for segments that meet, the round-off of decimal numbers.
   real(wp), parameter :: meeting = 1.0e-12_wp
 
 contains
 
-  !> *GRID, *REFINE, *MESH, *NODE, *ELEMENT.
+  !> Adds the keywords *GRID, *REFINE, *MESH, *NODE, *ELEMENT.
   subroutine add_grid_keyword(table)
     type(table_type), intent(inout) :: table
 
@@ -48,7 +48,7 @@ contains
       '*ELEMENT, TYPE=TRI3| 1, 1, 2, 3', read_elements, list=list_mesh, opens='mesh')
   end subroutine add_grid_keyword
 
-  !> *GRID.
+  !> Describes the fields of *GRID.
   subroutine grid_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -86,14 +86,14 @@ contains
     end associate
   end subroutine grid_fields
 
-  !> Whether a grid has something random.
+  !> Checks whether a grid has a random property.
   pure logical function is_random(mesh)
     type(mesh_source_type), intent(in) :: mesh
 
     is_random = mesh%perturbation > 0.0_wp .or. mesh%diagonal == diagonal_random
   end function is_random
 
-  !> Lines along the axes.
+  !> Describes the lines along the axes.
   subroutine write_axes(fields, mesh, dimension)
     class(card_fields_type), intent(inout) :: fields
     type(mesh_source_type), intent(in) :: mesh
@@ -114,7 +114,7 @@ contains
     end do
   end subroutine write_axes
 
-  !> Lines along the axes, and checks.
+  !> Reads the lines along the axes, and checks them.
   subroutine finish_grid(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, before
@@ -129,7 +129,7 @@ contains
     if (state%messages%error_count() == before) call check_axes(state)
   end subroutine finish_grid
 
-  !> The element belongs to models of this dimension.
+  !> Checks that the element belongs to models of this dimension.
   subroutine check_element_dimension(state)
     type(deck_state_type), intent(inout) :: state
     integer :: kind
@@ -144,7 +144,7 @@ contains
     end if
   end subroutine check_element_dimension
 
-  !> One data line.
+  !> Reads one data line.
   subroutine read_axis_row(row, state)
     type(row_type), intent(in) :: row
     type(deck_state_type), intent(inout) :: state
@@ -166,10 +166,10 @@ contains
     end if
   end subroutine read_axis_row
 
-  !> axis, LINES, v1, v2, ...
+  !> Reads a data line: axis, LINES, v1, v2, ...
   subroutine read_lines_row(row, values, state)
     type(row_type), intent(in) :: row
-    !> The values, unallocated when something is wrong.
+    !> The values, unallocated if there is an error.
     real(wp), allocatable, intent(out) :: values(:)
     type(deck_state_type), intent(inout) :: state
     integer :: i, n
@@ -181,10 +181,10 @@ contains
     values = [(number_at(row, i), i=3, n + 2)]
   end subroutine read_lines_row
 
-  !> axis, first, last, number of intervals [, ratio]
+  !> Reads a data line: axis, first, last, number of intervals [, ratio].
   subroutine read_segment_row(row, values, state)
     type(row_type), intent(in) :: row
-    !> The values, unallocated when something is wrong.
+    !> The values, unallocated if there is an error.
     real(wp), allocatable, intent(out) :: values(:)
     type(deck_state_type), intent(inout) :: state
     real(wp) :: ratio
@@ -213,10 +213,10 @@ contains
     end if
   end subroutine read_segment_row
 
-  !> Whether all items from one on are numbers; those that are not are reported.
+  !> Checks whether all items from a given one on are numbers, and reports those that are not.
   logical function all_numbers(row, first, state)
     type(row_type), intent(in) :: row
-    !> First item that should be a number.
+    !> First item that must be a number.
     integer, intent(in) :: first
     type(deck_state_type), intent(inout) :: state
     real(wp) :: number
@@ -231,7 +231,7 @@ contains
     end do
   end function all_numbers
 
-  !> Coordinates whose spacings grow by a constant factor; the ends are exact.
+  !> Returns coordinates whose spacings grow by a constant factor; the ends are exact.
   pure subroutine graded(first, last, n, ratio, values)
     real(wp), intent(in) :: first, last
     integer, intent(in) :: n
@@ -257,12 +257,12 @@ contains
     values(n + 1) = last
   end subroutine graded
 
-  !> Go on along an axis.
+  !> Extends the lines along an axis.
   subroutine extend_axis(row, axis, values, state)
     type(row_type), intent(in) :: row
     !> 1, 2 or 3.
     integer, intent(in) :: axis
-    !> New coordinates; the first may repeat the last one there is.
+    !> New coordinates; the first may repeat the last existing one.
     real(wp), intent(in) :: values(:)
     type(deck_state_type), intent(inout) :: state
     real(wp), allocatable :: lines(:)
@@ -290,7 +290,7 @@ contains
     state%analysis%mesh%axes(axis)%lines = lines
   end subroutine extend_axis
 
-  !> Every axis has an interval, and the grid is of a size that can be meant.
+  !> Checks that every axis has an interval, and that the grid is not too large.
   subroutine check_axes(state)
     type(deck_state_type), intent(inout) :: state
     integer(long) :: cells
@@ -307,7 +307,7 @@ contains
     if (cells > most_cells) call state%report_error('the grid has more than '//integer_text(most_cells)//' cells')
   end subroutine check_axes
 
-  !> *MESH.
+  !> Describes the fields of *MESH.
   subroutine file_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -322,7 +322,7 @@ contains
     end associate
   end subroutine file_fields
 
-  !> The file is there, and its form is known.
+  !> Checks that the file exists and that its format is known.
   subroutine finish_file(state)
     type(deck_state_type), intent(inout) :: state
     logical :: there
@@ -346,7 +346,7 @@ contains
     end associate
   end subroutine finish_file
 
-  !> A mesh in the deck that has no nodes or elements yet.
+  !> Begins a mesh in the deck, without nodes or elements.
   subroutine begin_inline(fields, mesh)
     class(card_fields_type), intent(inout) :: fields
     type(mesh_source_type), intent(inout) :: mesh
@@ -359,7 +359,7 @@ contains
     mesh%element = ''
   end subroutine begin_inline
 
-  !> *NODE.
+  !> Describes the fields of *NODE.
   subroutine node_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -382,7 +382,7 @@ contains
     end associate
   end subroutine node_fields
 
-  !> The nodes of a card, which may be very many.
+  !> Reads the nodes of a card, which may be numerous.
   subroutine read_nodes(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k
@@ -395,7 +395,7 @@ contains
     end associate
   end subroutine read_nodes
 
-  !> *ELEMENT.
+  !> Describes the fields of *ELEMENT.
   subroutine element_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -420,7 +420,7 @@ contains
     end associate
   end subroutine element_fields
 
-  !> The elements of a card.
+  !> Reads the elements of a card.
   subroutine read_elements(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k, n, before
@@ -449,14 +449,14 @@ contains
     call keep_places(state)
   end subroutine read_elements
 
-  !> Remember where the elements were written.
+  !> Stores the positions of the elements in the deck.
   pure subroutine keep_places(state)
     type(deck_state_type), intent(inout) :: state
 
     state%element_places = [state%element_places, state%card%rows%place]
   end subroutine keep_places
 
-  !> Labels of the last data lines of a list are not there before.
+  !> Checks that the labels of the last data lines of a list are new.
   subroutine check_unique(labels, what, state)
     !> All labels; those of the card at the end.
     integer, intent(in) :: labels(:)
@@ -472,7 +472,7 @@ contains
     end do
   end subroutine check_unique
 
-  !> A mesh in the deck has nodes and elements, and every node of an element is there.
+  !> Checks that a mesh in the deck has nodes and elements, and that every node of an element exists.
   subroutine check_inline_mesh(state)
     type(deck_state_type), intent(inout) :: state
     integer :: e, k
@@ -495,7 +495,7 @@ contains
     end associate
   end subroutine check_inline_mesh
 
-  !> *REFINE.
+  !> Describes the fields of *REFINE.
   subroutine refine_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -508,7 +508,7 @@ contains
     end associate
   end subroutine refine_fields
 
-  !> A box ends where it begins, or beyond.
+  !> Checks that the upper corner of a box is not below the lower one.
   subroutine check_boxes(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i

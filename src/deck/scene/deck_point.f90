@@ -1,6 +1,6 @@
-!> Cards of a laboratory test on one material point, *POINT TEST, *INITIAL STRESS, *POINT STAGE; when it is known whole
-!> its tables of targets, and checks: what the deck must have, what it must not, and quantities that the kind of test
-!> leads.
+!> Keywords of a laboratory test on one material point, *POINT TEST, *INITIAL STRESS, *POINT STAGE; when the deck is
+!> complete, tables of targets are read and checks made: required and forbidden keywords, and quantities that the kind
+!> of test controls.
 module qsmpm_deck_point
   use qsmpm_kinds, only: wp
   use qsmpm_card_fields, only: card_fields_type
@@ -23,7 +23,7 @@ module qsmpm_deck_point
 
 contains
 
-  !> *POINT TEST, *INITIAL STRESS, *POINT STAGE.
+  !> Adds the keywords *POINT TEST, *INITIAL STRESS, *POINT STAGE.
   subroutine add_point_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -41,7 +41,7 @@ contains
         '*POINT STAGE, STEPS=40| AXIAL STRAIN, 0.02', finish_stage, list=list_stages, opens='stage')
   end subroutine add_point_keywords
 
-  !> *POINT TEST.
+  !> Describes the fields of *POINT TEST.
   subroutine test_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -65,7 +65,7 @@ contains
         'strains: engineering strain, relative to the initial length or volume, or logarithmic')
       call fields%answer('HEIGHT', test%fixed_height, 'FREE: constant normal stress; FIXED: constant height, and '// &
         'so constant volume', needs='TYPE=SIMPLE SHEAR', words='FREE|FIXED')
-      ! The stress at the start, which is written, tells the cell pressure of all tests but one.
+      ! The initial stress, which is written, defines the cell pressure of all tests but one.
       cell_given = fields%writing .and. test%kind == test_undrained
       call fields%number('CELL PRESSURE', test%cell_pressure, 'isotropic initial stress, compression positive; '// &
         'with *INITIAL STRESS the total lateral stress, from which pore pressures are counted', &
@@ -77,7 +77,7 @@ contains
     end associate
   end subroutine test_fields
 
-  !> *INITIAL STRESS.
+  !> Describes the fields of *INITIAL STRESS.
   subroutine stress_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -96,7 +96,7 @@ contains
     end associate
   end subroutine stress_fields
 
-  !> *POINT STAGE.
+  !> Describes the fields of *POINT STAGE.
   subroutine stage_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -108,7 +108,7 @@ contains
         stage%file = fields%here%file
         stage%line = fields%here%line
       end if
-      ! How many steps there are without the parameter is said by the data.
+      ! Without the parameter the number of steps follows from the data.
       steps = merge(stage%steps, 0, fields%writing)
       call fields%whole('STEPS', steps, 'steps of the stage, 50 when not given; with INPUT steps per row, 1 when '// &
         'not given', range='[1, inf)')
@@ -126,7 +126,7 @@ contains
     end associate
   end subroutine stage_fields
 
-  !> Quantities and their values at the end of a stage.
+  !> Describes quantities and their values at the end of a stage.
   subroutine target_fields(fields, stage)
     class(card_fields_type), intent(inout) :: fields
     type(point_stage_type), intent(inout) :: stage
@@ -152,7 +152,7 @@ contains
     end do
   end subroutine target_fields
 
-  !> The table by its full path; a data line with an error leaves the stage without targets.
+  !> Sets the full path of the table; a data line with an error leaves the stage without targets.
   subroutine finish_stage(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -167,9 +167,9 @@ contains
     end associate
   end subroutine finish_stage
 
-  !> All checks of a deck with a point test, or with cards of one.
+  !> Runs all checks of a deck with a point test, or with keywords of one.
   subroutine check_point_deck(state)
-    !> The deck, complete; tables are read into it.
+    !> The complete deck; tables are read into it.
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
@@ -200,7 +200,7 @@ contains
     end do
   end subroutine check_point_deck
 
-  !> Where the test was written.
+  !> Position of the test in the deck.
   pure type(source_line_type) function test_place(state) result(where)
     type(deck_state_type), intent(in) :: state
 
@@ -208,7 +208,7 @@ contains
     where%line = state%analysis%point_test%line
   end function test_place
 
-  !> Where a stage was written.
+  !> Position of a stage in the deck.
   pure type(source_line_type) function stage_place(state, number) result(where)
     type(deck_state_type), intent(in) :: state
     integer, intent(in) :: number
@@ -217,7 +217,7 @@ contains
     where%line = state%analysis%point_test%stages(number)%line
   end function stage_place
 
-  !> The material there is, or the one that is named.
+  !> Selects the only material, or the named one.
   subroutine choose_material(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -233,7 +233,7 @@ contains
     end associate
   end subroutine choose_material
 
-  !> The stress at the start; a cell pressure is one.
+  !> Checks the initial stress, which a cell pressure may replace.
   subroutine check_start(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -251,7 +251,7 @@ contains
     end associate
   end subroutine check_start
 
-  !> Read the table of a stage.
+  !> Reads the table of a stage.
   subroutine read_table(state, number)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: number
@@ -280,7 +280,7 @@ contains
     end associate
   end subroutine read_table
 
-  !> What a stage prescribes can be prescribed together in this kind of test.
+  !> Checks that the quantities that a stage prescribes can be combined in this kind of test.
   subroutine check_stage(state, number)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: number
@@ -309,7 +309,7 @@ contains
 
   contains
 
-    !> Report a fault of the stage.
+    !> Reports an error of the stage.
     subroutine report_error(sentence)
       character(len=*), intent(in) :: sentence
 
@@ -317,7 +317,7 @@ contains
     end subroutine report_error
   end subroutine check_stage
 
-  !> Whether a kind of test prescribes a quantity.
+  !> Checks whether a kind of test prescribes a quantity.
   pure logical function may_drive(kind, dimension, driven)
     integer, intent(in) :: kind
     !> 2 or 3.
@@ -342,7 +342,7 @@ contains
     end select
   end function may_drive
 
-  !> Whether targets of a strain leave a length.
+  !> Checks whether targets of a strain leave a positive length.
   pure logical function in_reach(driven, strain, targets)
     integer, intent(in) :: driven, strain
     real(wp), intent(in) :: targets(:)
@@ -358,7 +358,7 @@ contains
     end if
   end function in_reach
 
-  !> What two quantities must not share: the component they lead.
+  !> Returns the component that a quantity controls, which two quantities must not share.
   pure integer function place(driven)
     integer, intent(in) :: driven
 

@@ -1,5 +1,5 @@
-!> Rigid bodies: *RIGID BODY, what shapes are drawn by; *CONTACT, and what it must find: bodies, surfaces, an outline;
-!> *MOVE and *LOAD, what they do in a phase.
+!> Rigid bodies: *RIGID BODY and its shapes; *CONTACT, and the checks of its bodies, surfaces and outlines; *MOVE and
+!> *LOAD, motions and loads in a phase.
 module qsmpm_deck_rigid_bodies
   use qsmpm_analysis, only: plane_strain, axisymmetric
   use qsmpm_structures, only: rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_polygon, rigid_cylinder, &
@@ -22,7 +22,7 @@ module qsmpm_deck_rigid_bodies
 
 contains
 
-  !> *RIGID BODY, *CONTACT.
+  !> Adds the keywords *RIGID BODY, *CONTACT.
   subroutine add_rigid_body_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -35,7 +35,7 @@ contains
       '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, list=list_contacts, opens='contact')
   end subroutine add_rigid_body_keywords
 
-  !> *RIGID BODY.
+  !> Describes the fields of *RIGID BODY.
   subroutine rigid_body_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -64,18 +64,18 @@ contains
     end associate
   end subroutine rigid_body_fields
 
-  !> The data line of a shape, which begins with a place.
+  !> Describes the data line of a shape that begins with a place.
   subroutine place_fields(fields, body, shape, what)
     class(card_fields_type), intent(inout) :: fields
     type(rigid_body_type), intent(inout) :: body
-    !> Word of SHAPE in small letters, and what is at the place.
+    !> Word of SHAPE in lower case, and what the place is.
     character(len=*), intent(in) :: shape, what
 
     call fields%data(shape, when='SHAPE='//upper(shape))
     call fields%vector('', body%place, 'coordinate of '//what, 'coordinate')
   end subroutine place_fields
 
-  !> A cone.
+  !> Describes a cone.
   subroutine cone_fields(fields, body)
     class(card_fields_type), intent(inout) :: fields
     type(rigid_body_type), intent(inout) :: body
@@ -86,7 +86,7 @@ contains
     call fields%number('shaft', body%shaft, 'length of the shaft', range='(0, inf)')
   end subroutine cone_fields
 
-  !> A cylinder.
+  !> Describes a cylinder.
   subroutine cylinder_fields(fields, body)
     class(card_fields_type), intent(inout) :: fields
     type(rigid_body_type), intent(inout) :: body
@@ -96,7 +96,7 @@ contains
     call fields%number('height', body%shaft, 'from its base upwards', range='(0, inf)')
   end subroutine cylinder_fields
 
-  !> A rotation in space.
+  !> Describes a rotation in 3D.
   subroutine turn_fields(fields, rotation, about)
     class(card_fields_type), intent(inout) :: fields
     real(wp), intent(inout) :: rotation(3)
@@ -108,7 +108,7 @@ contains
     call fields%number('rz', rotation(3), 'rotation', required=.false., third=.true.)
   end subroutine turn_fields
 
-  !> What a shape needs is there.
+  !> Checks that the data of a shape are complete.
   subroutine finish_rigid_body(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -132,7 +132,7 @@ contains
     end associate
   end subroutine finish_rigid_body
 
-  !> *CONTACT.
+  !> Describes the fields of *CONTACT.
   subroutine contact_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -158,7 +158,7 @@ contains
     end associate
   end subroutine contact_fields
 
-  !> A surface has one contact, and so has the outline of a body.
+  !> Checks that a surface has one contact, and so has the outline of a body.
   subroutine check_contact(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, n
@@ -189,7 +189,7 @@ contains
     end associate
   end subroutine check_contact
 
-  !> Bodies and surfaces of contacts exist.
+  !> Checks that bodies and surfaces of contacts exist.
   subroutine check_contacts(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -210,7 +210,7 @@ contains
     call warn_of_water(state)
   end subroutine check_contacts
 
-  !> A body on which contact is asked for has an outline.
+  !> Checks that a body with contact has an outline.
   subroutine check_outline(state, contact)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: contact
@@ -225,7 +225,7 @@ contains
     end associate
   end subroutine check_outline
 
-  !> A rigid body that no surface may touch does nothing.
+  !> Warns of a rigid body without contact, which has no effect.
   subroutine warn_of_untouched(state)
     type(deck_state_type), intent(inout) :: state
     integer :: b, i
@@ -239,7 +239,7 @@ contains
     end do
   end subroutine warn_of_untouched
 
-  !> Contact carries effective stresses.
+  !> Warns that contact transmits effective stresses only.
   subroutine warn_of_water(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p
@@ -253,7 +253,7 @@ contains
     end do
   end subroutine warn_of_water
 
-  !> *MOVE, *LOAD.
+  !> Adds the keywords *MOVE, *LOAD.
   subroutine add_move_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -268,7 +268,7 @@ contains
       '*LOAD, BODY=plate, COMPONENT=MZ| 0', check_body_load, list=list_moves, opens='force on a rigid body')
   end subroutine add_move_keywords
 
-  !> *MOVE.
+  !> Describes the fields of *MOVE.
   subroutine move_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -287,7 +287,7 @@ contains
     end associate
   end subroutine move_fields
 
-  !> A body has one motion in a phase.
+  !> Checks that a body has one motion in a phase.
   subroutine check_move(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -302,7 +302,7 @@ contains
     end associate
   end subroutine check_move
 
-  !> *LOAD.
+  !> Describes the fields of *LOAD.
   subroutine load_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -322,7 +322,7 @@ contains
     end associate
   end subroutine load_fields
 
-  !> A component is loaded once, and not moved as well.
+  !> Checks that a component is loaded once, and not moved as well.
   subroutine check_body_load(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, n
@@ -344,7 +344,7 @@ contains
     end associate
   end subroutine check_body_load
 
-  !> A place in which a force acts is whole, and that of a force.
+  !> Checks that the point of application is complete and belongs to a force.
   subroutine check_load_place(state, load)
     type(deck_state_type), intent(inout) :: state
     type(rigid_move_type), intent(in) :: load
@@ -354,7 +354,7 @@ contains
     if (load%component == turning) call state%report_error('a moment has no point of application')
   end subroutine check_load_place
 
-  !> Bodies that are moved, loaded and followed exist.
+  !> Checks that bodies with motions, loads and histories exist.
   subroutine check_moves(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, p
@@ -377,7 +377,7 @@ contains
     call check_moved_and_loaded(state)
   end subroutine check_moves
 
-  !> Whether a moment acts on a body in a phase, and be it 0, and frees it to turn.
+  !> Checks whether a moment, possibly 0, acts on a body in a phase and frees its rotation.
   pure logical function may_turn(phases, body)
     type(phase_type), intent(in) :: phases(:)
     character(len=*), intent(in) :: body
@@ -393,7 +393,7 @@ contains
     end do
   end function may_turn
 
-  !> A body is moved or loaded in a component, not both in one phase.
+  !> Checks that a component of a body is not both moved and loaded in one phase.
   subroutine check_moved_and_loaded(state)
     type(deck_state_type), intent(inout) :: state
     real(wp) :: motion(4)

@@ -1,5 +1,5 @@
-!> Cards of a material whose model is in a shared library, *USER MATERIAL and *USER STATE, and *STRENGTH CONSTANTS:
-!> which constants of a law a factor of safety divides.
+!> Keywords of a material whose model is in a shared library, *USER MATERIAL and *USER STATE, and *STRENGTH CONSTANTS:
+!> the constants of a law that a factor of safety divides.
 module qsmpm_deck_user_material
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_card_fields, only: card_fields_type
@@ -21,12 +21,12 @@ module qsmpm_deck_user_material
 
   public :: add_user_material_keywords, check_strength_constants
 
-  !> Constants of a UDSM.
+  !> Largest number of constants of a UDSM.
   integer, parameter :: most_of_udsm = 50
 
 contains
 
-  !> *USER MATERIAL, *USER STATE, *STRENGTH CONSTANTS.
+  !> Adds the keywords *USER MATERIAL, *USER STATE, *STRENGTH CONSTANTS.
   subroutine add_user_material_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -44,7 +44,7 @@ contains
       '|*STRENGTH CONSTANTS| 3, DIVIDE| 4, TAN| 5, DILATANCY')
   end subroutine add_user_material_keywords
 
-  !> *USER MATERIAL.
+  !> Describes the fields of *USER MATERIAL.
   subroutine user_material_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -67,7 +67,7 @@ contains
     end associate
   end subroutine user_material_fields
 
-  !> Choices of *USER MATERIAL.
+  !> Describes the choices of *USER MATERIAL.
   subroutine choice_fields(fields, user)
     class(card_fields_type), intent(inout) :: fields
     type(user_material_type), intent(inout) :: user
@@ -91,7 +91,7 @@ contains
       'is then undrained', range='(0, inf)', needs='INTERFACE=UDSM')
   end subroutine choice_fields
 
-  !> The library is found, and what is not given follows from the interface.
+  !> Finds the library, and sets missing options from the interface.
   subroutine finish_user_material(state)
     type(deck_state_type), intent(inout) :: state
 
@@ -106,10 +106,10 @@ contains
     end associate
   end subroutine finish_user_material
 
-  !> The library beside the deck or, when it is not there, in the working directory.
+  !> Finds the library in the folder of the deck or, if it is not there, in the working directory.
   subroutine find_library(card, path)
     type(card_type), intent(in) :: card
-    !> From the root; that beside the deck when there is none.
+    !> Absolute path; that in the folder of the deck if there is none.
     character(len=:), allocatable, intent(inout) :: path
     logical :: beside, here
 
@@ -119,7 +119,7 @@ contains
     if (here .and. .not. beside) path = absolute_path(card%value('LIBRARY'))
   end subroutine find_library
 
-  !> *USER STATE: values, or a coordinate and values there a line.
+  !> Describes *USER STATE: values, or a coordinate and values per line.
   subroutine user_state_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -141,7 +141,7 @@ contains
     end associate
   end subroutine user_state_fields
 
-  !> State variables that differ along an axis: a level a line.
+  !> Reads state variables that vary along an axis, one level per line.
   subroutine read_profile(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k, n
@@ -167,7 +167,7 @@ contains
     end associate
   end subroutine read_profile
 
-  !> Fields of *STRENGTH CONSTANTS.
+  !> Describes the fields of *STRENGTH CONSTANTS.
   subroutine constants_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -193,7 +193,7 @@ contains
     end associate
   end subroutine constants_fields
 
-  !> Constants that there are, once each, of a law that does not know its strength.
+  !> Checks that the constants exist, once each, and belong to a law whose strength parameters are unknown.
   subroutine check_strength_constants(state)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: sentence
@@ -211,7 +211,7 @@ contains
     end do
   end subroutine check_strength_constants
 
-  !> What is wrong with the list, empty for nothing.
+  !> Returns the fault of the list, empty if there is none.
   subroutine find_fault(material, sentence)
     type(material_type), intent(in) :: material
     character(len=:), allocatable, intent(out) :: sentence
@@ -233,7 +233,7 @@ contains
     end associate
   end subroutine find_fault
 
-  !> What is wrong with the list of a model of the user's.
+  !> Returns the fault of the list of a user model.
   pure function fault_of_user(list, constants) result(sentence)
     type(strength_constant_type), intent(in) :: list(:)
     real(wp), intent(in) :: constants(:)

@@ -1,5 +1,5 @@
-!> Parameters of a material by place: *STRENGTH PROFILE, strength, and stiffness where asked for, by depth, table or
-!> stress; *FIELD OF VALUES, from samples of CSV or HDF5 files.
+!> Spatially variable parameters of a material: *STRENGTH PROFILE, strength, and optionally stiffness, by depth, table
+!> or stress; *FIELD OF VALUES, from samples of CSV or HDF5 files.
 module qsmpm_deck_values_by_place
   use qsmpm_material_description, only: material_type
   use qsmpm_card_fields, only: card_fields_type
@@ -29,7 +29,7 @@ module qsmpm_deck_values_by_place
 
 contains
 
-  !> *STRENGTH PROFILE, *FIELD OF VALUES.
+  !> Adds the keywords *STRENGTH PROFILE, *FIELD OF VALUES.
   subroutine add_profile_keyword(table)
     type(table_type), intent(inout) :: table
 
@@ -45,7 +45,7 @@ contains
       '*MOHR COULOMB| 5, 30, 0|*FIELD OF VALUES| C, clay.csv| PHI, clay.csv, NEAREST', read_files)
   end subroutine add_profile_keyword
 
-  !> Its fields.
+  !> Describes the fields of *STRENGTH PROFILE.
   subroutine profile_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -72,7 +72,7 @@ contains
     end associate
   end subroutine profile_fields
 
-  !> Levels of a table.
+  !> Describes the levels of a table.
   subroutine table_rows(fields, profile)
     class(card_fields_type), intent(inout) :: fields
     type(strength_profile_type), intent(inout) :: profile
@@ -98,7 +98,7 @@ contains
     end do
   end subroutine table_rows
 
-  !> Rows become a profile.
+  !> Converts the rows into a profile.
   subroutine finish_profile(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -116,7 +116,7 @@ contains
     end associate
   end subroutine finish_profile
 
-  !> Levels rise, and all rows have a stiffness or none.
+  !> Checks that levels increase, and that either all rows have a stiffness or none.
   subroutine finish_table(state, profile)
     type(deck_state_type), intent(inout) :: state
     type(strength_profile_type), intent(inout) :: profile
@@ -137,7 +137,7 @@ contains
     if (.not. all(profile%moduli > 0.0_wp)) deallocate (profile%moduli)
   end subroutine finish_table
 
-  !> What belongs to the profiles of complete materials.
+  !> Checks the profiles of complete materials.
   subroutine check_profiles(state)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: sentence
@@ -155,7 +155,7 @@ contains
     end do
   end subroutine check_profiles
 
-  !> A phase that asks for strengths by the stress has a material of such a strength, of effective stress.
+  !> Checks that a phase with *UPDATE STRENGTH has a material whose strength depends on the effective stress.
   subroutine check_updates(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p, m
@@ -173,7 +173,7 @@ contains
     end do
   end subroutine check_updates
 
-  !> What is wrong with the profile of a material, empty for nothing.
+  !> Returns the fault of a material with a profile, empty if there is none.
   function wrong_material(material) result(sentence)
     type(material_type), intent(in) :: material
     character(len=:), allocatable :: sentence
@@ -196,7 +196,7 @@ contains
     end if
   end function wrong_material
 
-  !> What is wrong with the start of soil whose strength follows its stress, empty for nothing: it needs one.
+  !> Returns the fault of the initial state of soil whose strength follows its stress, empty if there is none.
   function wrong_start(state, material) result(sentence)
     type(deck_state_type), intent(in) :: state
     type(material_type), intent(in) :: material
@@ -222,7 +222,7 @@ contains
     end associate
   end function wrong_start
 
-  !> Its fields.
+  !> Describes the fields of *FIELD OF VALUES.
   subroutine value_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -249,7 +249,7 @@ contains
     end associate
   end subroutine value_fields
 
-  !> Samples of all rows.
+  !> Reads the samples of all rows.
   subroutine read_files(state)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: sentence
@@ -269,11 +269,11 @@ contains
     end associate
   end subroutine read_files
 
-  !> Samples of a file, each a number in the range of the parameter.
+  !> Reads the samples of a file, and checks each against the range of the parameter.
   subroutine read_samples(field, dimension, sentence)
     type(value_field_type), intent(inout) :: field
     integer, intent(in) :: dimension
-    !> What is wrong, empty for nothing.
+    !> The fault, empty if there is none.
     character(len=:), allocatable, intent(out) :: sentence
     type(error_type), allocatable :: error
     !> (dimension + 1, samples), the parameter last; line of each sample, or its number.
@@ -309,7 +309,7 @@ contains
       rounded_text(field%places(2, pair(1)))//'): their order is ambiguous'
   end subroutine read_samples
 
-  !> What is wrong with a sample, empty for nothing.
+  !> Returns the fault of a sample, empty if there is none.
   pure function sentence_of(sample, parameter) result(sentence)
     !> Place and value.
     real(wp), intent(in) :: sample(:)
@@ -325,7 +325,7 @@ contains
     end if
   end function sentence_of
 
-  !> Data sets of an HDF5 file, a row of numbers each.
+  !> Reads the data sets of an HDF5 file, one row of numbers each.
   subroutine read_hdf5(field, dimension, table, sentence)
     type(value_field_type), intent(in) :: field
     integer, intent(in) :: dimension
@@ -364,7 +364,7 @@ contains
     call close_reader(reader, error)
   end subroutine read_hdf5
 
-  !> What belongs to the fields of complete materials.
+  !> Checks the fields of complete materials.
   subroutine check_value_fields(state)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: sentence
@@ -375,7 +375,7 @@ contains
         if (.not. allocated(material%strength_profile%fields)) cycle
         do i = 1, size(material%strength_profile%fields)
           associate (parameter => material%strength_profile%fields(i)%parameter)
-            ! A row with an error has been reported already.
+            ! A row with an error has already been reported.
             if (parameter == 0) cycle
             sentence = wrong_law(state, material, parameter)
             if (len(sentence) == 0) sentence = wrong_card(material, parameter)
@@ -387,7 +387,7 @@ contains
     end do
   end subroutine check_value_fields
 
-  !> Why a parameter of the law cannot differ by place, empty where it can.
+  !> Returns the reason why a parameter of the law cannot vary in space, empty if it can.
   function wrong_law(state, material, parameter) result(sentence)
     type(deck_state_type), intent(in) :: state
     type(material_type), intent(in) :: material
@@ -409,7 +409,7 @@ contains
     end if
   end function wrong_law
 
-  !> What else of the material a parameter contradicts, empty for nothing.
+  !> Returns the keyword of the material that a parameter contradicts, empty if none.
   pure function wrong_card(material, parameter) result(sentence)
     type(material_type), intent(in) :: material
     integer, intent(in) :: parameter

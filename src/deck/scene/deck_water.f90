@@ -1,5 +1,5 @@
-!> Water in the ground: *WATER LEVEL and its level, *CONSOLIDATION, pore water that flows in time, from a phase on;
-!> *UNDRAINED of a material, *DRAIN STATE of a phase, and what must fit them.
+!> Water in the ground: *WATER LEVEL and its levels, *CONSOLIDATION, pore water flow in time from a phase on, *UNDRAINED
+!> of a material, *DRAIN STATE of a phase, and their checks.
 module qsmpm_deck_water
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: add_names, place_named
@@ -27,7 +27,7 @@ module qsmpm_deck_water
 
 contains
 
-  !> *WATER LEVEL.
+  !> Adds the keyword *WATER LEVEL.
   subroutine add_water_keyword(table)
     type(table_type), intent(inout) :: table
 
@@ -40,7 +40,7 @@ contains
       list=list_water_levels, opens='water level')
   end subroutine add_water_keyword
 
-  !> *WATER LEVEL.
+  !> Describes the fields of *WATER LEVEL.
   subroutine water_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -67,7 +67,7 @@ contains
     end associate
   end subroutine water_fields
 
-  !> Levels at the bounds.
+  !> Describes the levels at the boundary.
   subroutine head_fields(fields, level)
     class(card_fields_type), intent(inout) :: fields
     type(water_level_type), intent(inout) :: level
@@ -90,7 +90,7 @@ contains
     end do
   end subroutine head_fields
 
-  !> A line that is one over the horizontal, once for each body.
+  !> Checks that a line is a function of the horizontal coordinate, given once for each body.
   subroutine check_level(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -112,7 +112,7 @@ contains
     end associate
   end subroutine check_level
 
-  !> Whose level it is.
+  !> Returns the text naming the body of a level.
   pure function of_body(level) result(text)
     type(water_level_type), intent(in) :: level
     character(len=:), allocatable :: text
@@ -121,7 +121,7 @@ contains
     if (len(level%body) > 0) text = "of body '"//level%body//"'"
   end function of_body
 
-  !> The bodies of levels exist; there is gravity that makes water heavy.
+  !> Checks that the bodies of levels exist, and that gravity gives the water a weight.
   subroutine check_water(state)
     type(deck_state_type), intent(inout) :: state
     logical :: heavy
@@ -144,7 +144,7 @@ contains
     end do
   end subroutine check_water
 
-  !> Node sets or surfaces that levels are given at.
+  !> Checks the node sets or surfaces at which levels are given.
   subroutine check_heads(state, level)
     type(deck_state_type), intent(inout) :: state
     type(water_level_type), intent(in) :: level
@@ -156,7 +156,7 @@ contains
     call add_names(state%analysis%node_sets, names)
     call add_names(state%analysis%surfaces, names)
     do i = 1, size(level%heads)
-      ! Sets of a mesh file are not known yet: where no face lies in one it is told as the model is built.
+      ! Sets of a mesh file are not known yet; one without a face is reported when the model is built.
       if (state%analysis%mesh%kind /= mesh_file) call check_name(state, level%heads(i)%set, names, &
         level%heads(i)%where, 'WATER LEVEL', 'node set or surface')
       if (any([(level%heads(k)%set == level%heads(i)%set, k=1, i - 1)])) call state%error_from(level%heads(i)%where, &
@@ -164,8 +164,8 @@ contains
     end do
   end subroutine check_heads
 
-  !> Water has one vertical and one upwards: where it has a level gravity acts most along the same coordinate, and
-  !> in the same sense, in all phases.
+  !> Checks that the vertical is unique: where there is water, gravity acts mainly along the same axis and in the same
+  !> sense in all phases.
   subroutine check_direction(state)
     type(deck_state_type), intent(inout) :: state
     character(len=1), parameter :: letter(3) = ['x', 'y', 'z']
@@ -188,7 +188,7 @@ contains
     end do
   end subroutine check_direction
 
-  !> Whether there is gravity in a phase or before it.
+  !> Checks whether there is gravity in a phase or before it.
   pure logical function is_heavy(phases, number)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
@@ -199,7 +199,7 @@ contains
     is_heavy = any([(any(abs(phases(path(i))%gravity%vector) > 0.0_wp), i=1, size(path))])
   end function is_heavy
 
-  !> A phase that may end early does not move water: half way between two levels is no level.
+  !> Checks that a phase that may end early does not change the water, since an intermediate level is undefined.
   subroutine check_stops(state)
     type(deck_state_type), intent(inout) :: state
     logical :: moves
@@ -225,7 +225,7 @@ contains
     end do
   end subroutine check_stops
 
-  !> *CONSOLIDATION.
+  !> Adds the keyword *CONSOLIDATION.
   subroutine add_consolidation_keyword(table)
     type(table_type), intent(inout) :: table
 
@@ -237,7 +237,7 @@ contains
       '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN')
   end subroutine add_consolidation_keyword
 
-  !> *CONSOLIDATION.
+  !> Describes the fields of *CONSOLIDATION.
   subroutine consolidation_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -254,7 +254,7 @@ contains
         'drainage of a half space until the drainage front has crossed their cells. HELD: they are 0 from the '// &
         'start, as in other programs: in short phases too much water drains', &
         words='LAYER|HELD')
-      ! Sets that are open or closed.
+      ! Open or closed sets.
       n = 0
       if (allocated(card%sets)) n = size(card%sets)
       call fields%data('drained and closed node sets', 0, huge(1), rows=n)
@@ -268,7 +268,7 @@ contains
     end associate
   end subroutine consolidation_fields
 
-  !> Phases in which time goes on say how long they last.
+  !> Checks that phases in which water flows in time have a TIME.
   subroutine check_drainage(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p
@@ -285,7 +285,7 @@ contains
     end do
   end subroutine check_drainage
 
-  !> *UNDRAINED.
+  !> Adds the keyword *UNDRAINED.
   subroutine add_undrained_keyword(table)
     type(table_type), intent(inout) :: table
 
@@ -295,7 +295,7 @@ contains
       undrained_fields, '*ELASTIC| 3000, 0.3|*MOHR COULOMB| 2, 25, 0|*UNDRAINED, TYPE=A', finish_undrained)
   end subroutine add_undrained_keyword
 
-  !> *DRAIN STATE.
+  !> Adds the keyword *DRAIN STATE.
   subroutine add_drain_keyword(table)
     type(table_type), intent(inout) :: table
 
@@ -305,7 +305,7 @@ contains
       '*DRAIN STATE, AFTERWARDS=DRAINED')
   end subroutine add_drain_keyword
 
-  !> Fields of *UNDRAINED.
+  !> Describes the fields of *UNDRAINED.
   subroutine undrained_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -323,14 +323,14 @@ contains
     end associate
   end subroutine undrained_fields
 
-  !> NU or SKEMPTON.
+  !> Checks that NU and SKEMPTON are not both given.
   subroutine finish_undrained(state)
     type(deck_state_type), intent(inout) :: state
 
     if (state%card%has('NU') .and. state%card%has('SKEMPTON')) call state%report_error('give NU or SKEMPTON, not both')
   end subroutine finish_undrained
 
-  !> Fields of *DRAIN STATE.
+  !> Describes the fields of *DRAIN STATE.
   subroutine drain_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -346,7 +346,7 @@ contains
     end associate
   end subroutine drain_fields
 
-  !> Bodies of *DRAIN STATE, one a line.
+  !> Describes the bodies of *DRAIN STATE, one per line.
   subroutine drain_rows(fields, bodies)
     class(card_fields_type), intent(inout) :: fields
     type(string_type), allocatable, intent(inout) :: bodies(:)
@@ -362,7 +362,7 @@ contains
     end do
   end subroutine drain_rows
 
-  !> What belongs to undrained soil of complete materials and phases.
+  !> Checks the undrained soil of complete materials and phases.
   subroutine check_undrained(state)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: sentence
@@ -384,7 +384,7 @@ contains
     call set_drainage(state%analysis)
   end subroutine check_undrained
 
-  !> What is wrong with the card of a material, empty for nothing.
+  !> Returns the fault of *UNDRAINED of a material, empty if there is none.
   function wrong_material(material) result(sentence)
     type(material_type), intent(in) :: material
     character(len=:), allocatable :: sentence
@@ -415,7 +415,7 @@ contains
     end associate
   end function wrong_material
 
-  !> There is excess pressure to drain, and the bodies of one material go together.
+  !> Checks that there is excess pressure to drain, and that all bodies of one material are named.
   subroutine check_drain_state(state, card)
     type(deck_state_type), intent(inout) :: state
     type(drain_state_type), intent(in) :: card
@@ -437,7 +437,7 @@ contains
       'body named has a material that is *UNDRAINED, TYPE=A or B')
   end subroutine check_drain_state
 
-  !> All bodies of a material are named where one is.
+  !> Checks that all bodies of a material are named if one is.
   subroutine check_together(state, card, material)
     type(deck_state_type), intent(inout) :: state
     type(drain_state_type), intent(in) :: card
