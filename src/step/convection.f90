@@ -223,9 +223,9 @@ contains
     end do
   end subroutine move_carried
 
-  !> Moves points of bodies that are not active: footings with the soil they rest on; excavated bodies with the mesh,
-  !> which does not move where nothing loads it, and at most by the largest displacement of the soil, because functions
-  !> supported by nearly no soil may take large values. Bodies not yet activated do not move.
+  !> Moves points of bodies that are not active: their feet (base points) with the soil they rest on; excavated bodies
+  !> with the mesh, which does not move where nothing loads it, and at most by the largest displacement of the soil,
+  !> because functions supported by nearly no soil may take large values. Bodies not yet activated do not move.
   subroutine move_inactive(model, activation, displacement, most)
     type(model_type), intent(inout) :: model
     type(activation_type), intent(in) :: activation
