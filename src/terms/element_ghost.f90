@@ -1,4 +1,4 @@
-!> Ghost penalty of element meshes:
+!> Ghost penalty of element meshes on the faces of boundary cells.
 !>   g E h_F int_F [d_n N_a][d_n N_b] dF  (+ g E h_F^3 [d_nn][d_nn] on quadratic elements)
 !> over the faces F of boundary cells between active cells, h_F = (|K1| + |K2|)/|F|, E that of the softer cell
 !> (qsmpm_spline_ghost). On quadratic elements neither term is sufficient alone.

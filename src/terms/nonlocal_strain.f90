@@ -1,5 +1,5 @@
-!> Field of nonlocal softening, an unknown of the step in addition to the displacement: the over-nonlocal implicit
-!> gradient method (Peerlings et al. 1996; Vermeer and Brinkgreve 1994)
+!> Field of nonlocal softening, an unknown of the step in addition to the displacement. Its equation is that of the
+!> over-nonlocal implicit gradient method (Peerlings et al. 1996; Vermeer and Brinkgreve 1994)
 !>
 !>   sum V [ M_a (kbar - kappa) + l^2 grad M_a . grad kbar ] + dE/dkbar_a = 0,   E = d/2 sum V |M_b| (kbar_b - kbar)^2
 !>

@@ -1,4 +1,4 @@
-!> Ghost penalty of splines and GIMP:
+!> Ghost penalty of splines and GIMP on the faces of boundary cells.
 !>   sum over k of  g E h^(2k-1) int_F [d_n^k N_a][d_n^k N_b] dF
 !> over the faces F between touched cells of which one is a boundary cell; k runs from the first derivative that is
 !> discontinuous to the degree: only the degree at a simple knot, from one at a reduced knot. The matrix of a face is a
