@@ -2,8 +2,8 @@
 !> equilibrium is found ("lost").
 !>
 !>   first     F = 1
-!>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold up to at most 0.1 or F/10 where
-!>             F had been lost before, and is at least F/10 from F = 3 on where none was lost
+!>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold where F had been lost before,
+!>             up to at most 0.1 or F/10; it is at least F/10 from F = 3 on where none was lost
 !>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less, twice as much each time
 !>   between   never beyond the midpoint of the bracket
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1; after 60 stable factors
