@@ -1,6 +1,6 @@
 !> Initial stresses of a phase (*INITIAL). TYPE=K0: level ground under its own weight.
 !>
-!>sigma_v = -|g| W(x) + u(x), sigma_h = K0 sigma_v, W the weight above the point (qsmpm_overburden)
+!> sigma_v = -|g| W(x) + u(x), sigma_h = K0 sigma_v, W the weight above the point (qsmpm_overburden)
 !>
 !> are effective stresses with u the pressure of the water at rest (qsmpm_pore_water), along the coordinate in which
 !> gravity acts. K0 is that of the material or of the phase. Only level layers are then in equilibrium, which
