@@ -225,7 +225,7 @@ contains
 
   !> Moves points of bodies that are not active: their feet (base points) with the soil they rest on; excavated bodies
   !> with the mesh, which does not move where nothing loads it, and at most by the largest displacement of the soil,
-  !> because functions supported by nearly no soil may take large values. Bodies not yet activated do not move.
+  !> because functions supported by nearly no soil may take large values. Other inactive bodies do not move.
   subroutine move_inactive(model, activation, displacement, most)
     type(model_type), intent(inout) :: model
     type(activation_type), intent(in) :: activation
@@ -246,7 +246,7 @@ contains
     end associate
   end subroutine move_inactive
 
-  !> Tracers of bodies that are not yet activated.
+  !> Returns the tracers of bodies that are not active.
   pure function of_inactive(model) result(chosen)
     type(model_type), intent(in) :: model
     logical :: chosen(model%state%tracers%count)
@@ -258,7 +258,7 @@ contains
     end associate
   end function of_inactive
 
-  !> Tracers of bodies that have been excavated.
+  !> Returns the tracers of bodies that are being excavated.
   pure function of_taken_out(model) result(chosen)
     type(model_type), intent(in) :: model
     logical :: chosen(model%state%tracers%count)
