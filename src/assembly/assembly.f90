@@ -1,13 +1,14 @@
-!> Assembly: internal forces (eqs. 20, 25) and the stiffness K^E + K^G (eqs. 15-17) of all groups of
-!> integration points for a displacement of the step.
+!> Assembly of internal forces (eqs. 20, 25) and of the stiffness K^E + K^G (eqs. 15-17) of all groups of integration
+!> points for a displacement of the step.
 !>
-!> With the law's Q (first Piola-Kirchhoff stress on the start of the step) and A = dQ/dF,
+!> With the law's Q (first Piola-Kirchhoff stress relative to the configuration at the start of the step) and A = dQ/dF,
 !>   f_ia = sum V Q_ij N_a,j      K_iakb = sum V N_a,j A_ijkl N_b,l
-!> on the start configuration; in axisymmetry the hoop component F_33 = 1 + u_r/r adds N_a/r.
-!> Threads take chunks of groups in turns. A thread evaluates the groups of its chunk, each into a block of its own,
-!> and adds them when the chunks before have been added: in group order, so that the result does not depend on the
-!> number of threads. It adds from its own cache, while others evaluate; and there is no more than one chunk of blocks
-!> a thread. Points of a material with a pressure factor share one pressure in their group (qsmpm_uniform_pressure).
+!> in the configuration at the start of the step; in axisymmetry the hoop component F_33 = 1 + u_r/r adds N_a/r. Threads
+!> process chunks of groups in turn. A thread evaluates the groups of its chunk, each into a separate block, and adds
+!> them after the preceding chunks have been added: in the order of the groups, so that the result does not depend on
+!> the number of threads. The blocks are added from the cache of the thread while others evaluate, and each thread
+!> stores the blocks of one chunk only. Points of a material with a pressure factor share one pressure in their group
+!> (qsmpm_uniform_pressure).
 module qsmpm_assembly
   !$ use omp_lib, only: omp_get_max_threads, omp_get_thread_num
   use qsmpm_kinds, only: wp
@@ -23,49 +24,49 @@ module qsmpm_assembly
 
   public :: evaluation_type, evaluate, prepare_evaluation
 
-  !> Numbers in the blocks of a chunk, so that they stay in the cache until they are added, and chunks of an evaluation,
-  !> so that threads have something to take in turns.
+  !> Numbers in the blocks of a chunk, so that they stay in the cache until they are added, and number of chunks of an
+  !> evaluation, so that threads can process them in turn.
   integer, parameter :: cached = 2**15, chunks = 24
-  !> Points from which an evaluation, some 0.2 microseconds each, is worth waking the threads.
+  !> Number of points above which an evaluation, some 0.2 microseconds per point, is distributed over threads.
   integer, parameter :: fewest_points = 2000
 
-  !> What an evaluation yields; kept between iterations so that nothing is allocated in the loop.
+  !> Results of an evaluation; kept between iterations so that nothing is allocated in the loop.
   type :: evaluation_type
-    !> Internal force, and the same with the contributions of the groups by their size (dimension, node_count).
+    !> Internal force, and the sum of the magnitudes of the contributions of the groups (dimension, node_count).
     real(wp), allocatable :: force(:, :), force_size(:, :)
-    !> Work of the internal force on the displacement, that of every group by its size.
+    !> Sum over the groups of the magnitude of the work of the internal force on the displacement.
     real(wp) :: work_size = 0.0_wp
-    !> Cells whose groups count in it; all where it is unallocated (cells).
+    !> Cells whose groups contribute to it; all if unallocated (cells).
     logical, allocatable :: counted(:)
-    !> Force that the tangent gives the prescribed displacements (dimension, node_count).
+    !> Force of the tangent due to the prescribed displacements (dimension, node_count).
     real(wp), allocatable :: linear_force(:, :)
-    !> End stress, state, volume change and yielding of the integration points, where they are kept.
+    !> Final stress, state, volume change and yielding of the integration points, where requested.
     type(results_type) :: results
-    !> True when every point could be updated.
+    !> Every point could be updated.
     logical :: ok = .true.
-    !> Otherwise the first integration point that could not.
+    !> First integration point that could not be updated.
     integer :: bad_point = 0
-    !> What its law said: one of the status_* values, the share of the step to be tried next (0 for no
-    !> opinion), and a sentence.
+    !> Result of its law: one of the status_* values, the share of the step to be tried next (0 if not specified), and a
+    !> message.
     integer :: bad_status = status_ok
     real(wp) :: bad_share = 0.0_wp
     character(len=:), allocatable :: bad_message
-    !> Pressure of each integration point less the common one of its group, by weight and water at the start and the
-    !> end of the step [stress]; 0 where unallocated (n, 2).
+    !> Pressure of each integration point relative to the common one of its group, due to weight and water, at the start
+    !> and the end of the step [stress]; 0 if unallocated (n, 2).
     real(wp), allocatable :: pressure_offset(:, :)
-    !> Points stay in their groups from step to step: what their pressures differ by lasts.
+    !> Points remain in their groups from step to step, so that their pressure differences persist.
     logical :: lasting = .false.
-    !> Nodal values of the nonlocal strain at the end of the step; unallocated without (nodes).
+    !> Nodal values of the nonlocal strain at the end of the step; unallocated without this field (nodes).
     real(wp), allocatable :: field(:)
-    !> When the step takes place, for the laws.
+    !> Time of the step, for the laws.
     type(step_info_type) :: step_info
-    !> Groups of a chunk.
+    !> Number of groups of a chunk.
     integer :: chunk = 0
-    !> Blocks of the groups of the chunks that the threads are at (dimension*most nodes squared, groups), each packed as
-    !> (nodes, dimension, dimension, nodes); of all groups where they are kept.
+    !> Blocks of the groups of the chunks being processed (dimension*most nodes squared, groups), each packed as (nodes,
+    !> dimension, dimension, nodes); of all groups where they are stored.
     real(wp), allocatable :: block(:, :)
     logical :: keeps_blocks = .false.
-    !> Forces of these groups (dimension*most nodes, groups), and first points that could not be updated.
+    !> Forces of these groups (dimension*most nodes, groups), and their first points that could not be updated.
     real(wp), allocatable :: group_force(:, :)
     integer, allocatable :: group_bad(:)
     !> Work space of every thread.
@@ -74,20 +75,20 @@ module qsmpm_assembly
 
 contains
 
-  !> Size the arrays for a set of integration points; arrays of the right size are kept.
+  !> Allocates the arrays for a set of integration points; arrays of the correct size are retained.
   subroutine prepare_evaluation(integration, dimension, node_count, keep_results, keep_blocks, evaluation, &
       keep_gradients)
     type(integration_type), intent(in) :: integration
     !> 2 or 3.
     integer, intent(in) :: dimension
     integer, intent(in) :: node_count
-    !> The laws' results at the points are wanted.
+    !> The results of the laws at the points are requested.
     logical, intent(in) :: keep_results
-    !> The blocks of all groups are wanted.
+    !> The blocks of all groups are requested.
     logical, intent(in) :: keep_blocks
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
-    !> The deformation gradients are results as well; they are not unless this is given.
+    !> The deformation gradients are also requested; false when absent.
     logical, intent(in), optional :: keep_gradients
     integer :: most, groups
     logical :: gradients
@@ -121,12 +122,12 @@ contains
       merge(5, 9, dimension == 2), merge(integration%point_count, 0, gradients)))
   end subroutine prepare_evaluation
 
-  !> Room for the results of some points.
+  !> Allocates the results of some points.
   pure subroutine size_results(integration, count, results)
     type(integration_type), intent(in) :: integration
-    !> Number of points whose results are kept.
+    !> Number of points whose results are stored.
     integer, intent(in) :: count
-    !> What the laws say.
+    !> Results of the laws.
     type(results_type), intent(inout) :: results
 
     if (allocated(results%plastic)) then
@@ -138,13 +139,13 @@ contains
     allocate (results%plastic(count))
   end subroutine size_results
 
-  !> Stresses, internal forces and, when asked for, stiffness: added to a matrix when there is one. Where a point
-  !> cannot be updated those behind it are asked too: the share of the step to be tried next is the smallest that any
-  !> point asks for, however the points are shared by threads and processes.
+  !> Computes stresses, internal forces and, if requested, the stiffness, which is added to a matrix if there is one.
+  !> Where a point cannot be updated the following points are evaluated nevertheless: the share of the step to be tried
+  !> next is the smallest requested at any point, independent of the distribution of points over threads and processes.
   subroutine evaluate(integration, points, laws, displacement, tangent, evaluation, equations, first_stencil, matrix, &
     prescribed)
     type(integration_type), intent(in) :: integration
-    !> The material points, with the start state of those that are integrated at.
+    !> The material points, with the initial states of those that are integration points.
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
@@ -154,11 +155,11 @@ contains
     integer, intent(in) :: tangent
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
-    !> The equations, the patch that is the first group, and the matrix to add to.
+    !> The equations, the number of the node list of the first group, and the matrix to which the stiffness is added.
     type(equations_type), intent(in), optional :: equations
     integer, intent(in), optional :: first_stencil
     type(sparse_matrix_type), intent(inout), optional :: matrix
-    !> Displacements whose linear force is wanted, most of them zero (dimension, node_count).
+    !> Displacements whose linear force is requested, most of them zero (dimension, node_count).
     real(wp), intent(in), optional :: prescribed(:, :)
     integer :: start, last, before, me
 
@@ -185,7 +186,7 @@ contains
     if (.not. evaluation%ok) call ask_why(integration, points, laws, displacement, tangent, evaluation)
   end subroutine evaluate
 
-  !> The groups of a chunk, each by itself.
+  !> Evaluates the groups of a chunk separately.
   subroutine evaluate_chunk(integration, points, laws, displacement, tangent, start, last, before, me, evaluation)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
@@ -193,7 +194,7 @@ contains
     type(law_slot_type), intent(in) :: laws(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> Which tangent is wanted, the groups, how many blocks stand before theirs, and the thread.
+    !> Kind of tangent, first and last group, number of blocks stored before theirs, and thread.
     integer, intent(in) :: tangent, start, last, before, me
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
@@ -209,8 +210,8 @@ contains
     end do
   end subroutine evaluate_chunk
 
-  !> What the law says of the first point that it could not update: it is asked again, because another thread may
-  !> have asked it something else since.
+  !> Retrieves the message of the law for the first point that could not be updated. The law is evaluated again, because
+  !> another thread may have evaluated it since.
   subroutine ask_why(integration, points, laws, displacement, tangent, evaluation)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
@@ -218,7 +219,7 @@ contains
     type(law_slot_type), intent(in) :: laws(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> Which tangent was wanted.
+    !> Kind of tangent that was requested.
     integer, intent(in) :: tangent
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
@@ -236,7 +237,7 @@ contains
     end associate
   end subroutine ask_why
 
-  !> The smaller one of two shares that are opinions, 0 when none is.
+  !> Returns the smaller one of two specified shares, 0 if none is specified.
   pure real(wp) function smaller_share(share, other)
     real(wp), intent(in) :: share, other
 
@@ -244,11 +245,11 @@ contains
     if (min(share, other) > 0.0_wp) smaller_share = min(share, other)
   end function smaller_share
 
-  !> Clear what is summed up.
+  !> Sets the sums to zero.
   subroutine begin(evaluation, prescribed)
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
-    !> Displacements whose linear force is wanted.
+    !> Displacements whose linear force is requested.
     real(wp), intent(in), optional :: prescribed(:, :)
 
     evaluation%force = 0.0_wp
@@ -260,30 +261,30 @@ contains
     if (allocated(evaluation%bad_message)) deallocate (evaluation%bad_message)
     if (.not. present(prescribed)) return
     if (allocated(evaluation%linear_force)) then
-      ! The mesh may have been rebuilt.
+      ! The mesh may have been generated again.
       if (size(evaluation%linear_force, 2) /= size(evaluation%force, 2)) deallocate (evaluation%linear_force)
     end if
     if (.not. allocated(evaluation%linear_force)) allocate (evaluation%linear_force, mold=evaluation%force)
     evaluation%linear_force = 0.0_wp
   end subroutine begin
 
-  !> Add forces and blocks of a chunk of groups, in their order.
+  !> Adds forces and blocks of a chunk of groups, in their order.
   subroutine add_chunk(integration, start, last, before, displacement, tangent, evaluation, equations, first_stencil, &
     matrix, prescribed)
     type(integration_type), intent(in) :: integration
-    !> The groups, and how many blocks stand before theirs.
+    !> First and last group, and number of blocks stored before theirs.
     integer, intent(in) :: start, last, before
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> Which tangent was wanted.
+    !> Kind of tangent that was requested.
     integer, intent(in) :: tangent
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
-    !> The equations, the patch that is the first group, and the matrix.
+    !> The equations, the number of the node list of the first group, and the matrix.
     type(equations_type), intent(in), optional :: equations
     integer, intent(in), optional :: first_stencil
     type(sparse_matrix_type), intent(inout), optional :: matrix
-    !> Displacements whose linear force is wanted.
+    !> Displacements whose linear force is requested.
     real(wp), intent(in), optional :: prescribed(:, :)
     real(wp) :: work
     integer :: g, k, a, n, d
@@ -313,7 +314,7 @@ contains
     end do
   end subroutine add_chunk
 
-  !> Whether the work of a group counts.
+  !> Returns whether the work of a group is counted.
   pure logical function is_counted(evaluation, cell)
     type(evaluation_type), intent(in) :: evaluation
     integer, intent(in) :: cell
@@ -322,10 +323,10 @@ contains
     if (allocated(evaluation%counted)) is_counted = evaluation%counted(cell)
   end function is_counted
 
-  !> Add a group's block, unpacked by shape.
+  !> Adds the block of a group with explicit shape.
   subroutine add_packed(equations, stencil, dimension, n, block, matrix)
     type(equations_type), intent(in) :: equations
-    !> The patch, 2 or 3, and the number of nodes.
+    !> Number of the node list, 2 or 3, and number of nodes.
     integer, intent(in) :: stencil
     integer, intent(in) :: dimension
     integer, intent(in) :: n
@@ -335,7 +336,7 @@ contains
     call add_products(equations, stencil, block, matrix)
   end subroutine add_packed
 
-  !> Product of a group's block with displacements of its nodes; nothing when these are zero.
+  !> Adds the product of the block of a group with the displacements of its nodes, unless these are zero.
   pure subroutine add_product(nodes, dimension, n, block, displacement, force)
     !> Nodes of the group (n), 2 or 3.
     integer, intent(in) :: nodes(:)
@@ -358,7 +359,7 @@ contains
     end do
   end subroutine add_product
 
-  !> Threads that a parallel region gets.
+  !> Returns the number of threads of a parallel region.
   integer function thread_count()
     thread_count = 1
     !$ thread_count = omp_get_max_threads()

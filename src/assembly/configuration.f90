@@ -1,5 +1,6 @@
-!> Where a step starts (paper, section 3.1): active cells, the basis at the material points, volumes. All of it is found
-!> anew from the state; the terms of the equations look at it and nothing changes it until the step has ended.
+!> Configuration at the start of a step (paper, section 3.1): active cells, basis at the material points, volumes. It is
+!> computed from the state at every step, is available to the terms of the equations, and does not change until the step
+!> has ended.
 module qsmpm_configuration
   use qsmpm_kinds, only: wp
   use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
@@ -20,23 +21,23 @@ module qsmpm_configuration
 
   type :: configuration_type
     type(activation_type) :: activation
-    !> What bodies that are integrated inside of their carried outlines hold of the cells; unallocated without.
+    !> Parts of the cells in bodies that are integrated inside their moving outlines; unallocated without.
     type(body_quadrature_type), allocatable :: bodies
-    !> Domains of the points, where the space averages over them.
+    !> Domains of the points, where the functions of the space are averaged over them.
     type(domains_type) :: domains
     !> Basis at the material points.
     type(integration_type) :: at_points
     !> Volume of each cell, and lumped volume of each node, sum |N| V.
     real(wp), allocatable :: volumes(:), lumped(:)
-    !> What bodies that are taken out push at the others before they are unloaded: by their stresses and surfaces
-    !> (dimension, nodes), and by their weight per unit gravity (nodes). Unallocated without (qsmpm_unloading).
+    !> Force of the excavated bodies on the others before unloading: due to their stresses and surfaces (dimension,
+    !> nodes), and due to their weight per unit gravity (nodes). Unallocated without such bodies (qsmpm_unloading).
     real(wp), allocatable :: unloading(:, :), unloading_weight(:)
   end type configuration_type
 
 contains
 
-  !> Find it from the state of the model; all processes of a team at once. Points that may share their pressure are
-  !> grouped by cells.
+  !> Finds the configuration from the state of the model; called by all processes of a team. Points that may share their
+  !> pressure are grouped by cells.
   subroutine find_configuration(model, configuration)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(inout) :: configuration
@@ -58,9 +59,9 @@ contains
     call lump_volumes(model%space%node_count, configuration)
   end subroutine find_configuration
 
-  !> Cells that own points or, where cells are integrated, hold parts of carried bodies. Splines take cells without a
-  !> point for touched, as those that domains reach into. Processes that share a model tell each other of cells beside
-  !> their points, and of the states that integration points start from.
+  !> Activates the cells that contain points or, where cells are integrated, parts of bodies with moving outlines. With
+  !> splines cells without a point count as touched, like those reached by domains. Processes that share a model
+  !> exchange the cells next to their points, and the states from which integration points start.
   subroutine activate_cells(model, configuration)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(inout) :: configuration
@@ -87,7 +88,7 @@ contains
     end associate
   end subroutine activate_cells
 
-  !> Lumped volume of every node.
+  !> Computes the lumped volume of every node.
   subroutine lump_volumes(node_count, configuration)
     integer, intent(in) :: node_count
     type(configuration_type), intent(inout) :: configuration
@@ -109,7 +110,7 @@ contains
     end associate
   end subroutine lump_volumes
 
-  !> Throw away what is as long as a mesh that is no more.
+  !> Discards data dimensioned by a previous mesh.
   subroutine reset_configuration(configuration)
     type(configuration_type), intent(inout) :: configuration
 

@@ -1,10 +1,9 @@
-!> Evaluation of one group of integration points: deformation gradients, the law of each material,
-!> internal force and stiffness block.
+!> Evaluation of one group of integration points: deformation gradients, the law of each material, internal force and
+!> stiffness block.
 !>
-!> Runs of points of one material go to their law together; where the material asks for it they share
-!> one pressure (qsmpm_uniform_pressure). The products over nodes are those of qsmpm_group_stiffness, with
-!> more nodes than an element has in space those of qsmpm_wide_products. A group writes to its own
-!> places of the results only.
+!> Consecutive points of one material are passed to their law together; where the material requires it they share one
+!> pressure (qsmpm_uniform_pressure). The products over nodes are those of qsmpm_group_stiffness, in space with more
+!> nodes than an element has those of qsmpm_wide_products. A group writes only to its own section of the results.
 module qsmpm_group_evaluation
   use qsmpm_kinds, only: wp, long
   use qsmpm_law, only: law_slot_type, law_type, batch_type, tangent_none, tangent_elastic, status_ok
@@ -22,20 +21,20 @@ module qsmpm_group_evaluation
 
   public :: results_type, work_type, allocate_work, evaluate_group
 
-  !> What the laws said of every integration point; empty arrays where it is not wanted.
+  !> Results of the laws at every integration point; empty arrays where not requested.
   type :: results_type
-    !> End stress (4 or 6, n), state (states, n), determinant of F (n), plastic flag (n).
+    !> Final stress (4 or 6, n), state (states, n), determinant of F (n), plastic flag (n).
     real(wp), allocatable :: stress(:, :), state(:, :), volume_change(:)
-    !> F as the law has seen it, packed; no columns where it is not wanted (5 or 9, n or 0).
+    !> F as passed to the law, packed; no columns where not requested (5 or 9, n or 0).
     real(wp), allocatable :: gradient(:, :)
     integer, allocatable :: plastic(:)
   end type results_type
 
   !> Work space of one thread; it fits the largest group.
   type :: work_type
-    !> The points handed to the law.
+    !> Points passed to the law.
     type(batch_type) :: batch
-    !> Work space of groups of one pressure, empty when there are none.
+    !> Work space of groups with one pressure, empty without such groups.
     type(pressure_type) :: pressure
     type(products_type) :: products
     type(wide_type) :: wide
@@ -45,14 +44,14 @@ module qsmpm_group_evaluation
 
 contains
 
-  !> Room for the largest group; what is there already stays.
+  !> Allocates the work space for the largest group; existing arrays are retained.
   subroutine allocate_work(integration, laws, dimension, tangent, work)
     type(integration_type), intent(in) :: integration
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> Which tangent is wanted.
+    !> Kind of tangent.
     integer, intent(in) :: tangent
     !> The work space.
     type(work_type), intent(inout) :: work
@@ -80,32 +79,32 @@ contains
       components == 9 .or. integration%axisymmetric, work%pressure)
   end subroutine allocate_work
 
-  !> One group: runs of points of equal material go to their law together.
+  !> Evaluates one group: consecutive points of the same material are passed to their law together.
   subroutine evaluate_group(integration, points, laws, displacement, tangent, group, work, results, force, block, bad, &
       offset, field)
     type(integration_type), intent(in) :: integration
-    !> The material points, with the start state of those that are integrated at.
+    !> The material points, with the initial states of those that are integration points.
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> Which tangent is wanted, and the group.
+    !> Kind of tangent, and number of the group.
     integer, intent(in) :: tangent
     integer, intent(in) :: group
     !> Work space.
     type(work_type), intent(inout) :: work
-    !> What the laws said.
+    !> Results of the laws.
     type(results_type), intent(inout) :: results
     !> Internal force (dimension*n or more).
     real(wp), intent(inout) :: force(:)
-    !> Stiffness, packed as (n, dimension, dimension, n), when a tangent is wanted.
+    !> Stiffness, packed as (n, dimension, dimension, n), if a tangent is requested.
     real(wp), intent(inout) :: block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
-    !> Pressure of the points less the common one of their group by weight and water, at the start and the end of the
-    !> step [stress] (points, 2); nodal values of the nonlocal strain at its end, of which those that points have stay
-    !> where it is not given (nodes).
+    !> Pressure of the points relative to the common one of their group due to weight and water, at the start and the
+    !> end of the step [stress] (points, 2); nodal values of the nonlocal strain at its end (nodes), without which the
+    !> values at the points do not change.
     real(wp), intent(in), optional :: offset(:, :), field(:)
     integer :: n, d, a, from, to, last
 
@@ -127,14 +126,14 @@ contains
     end do
   end subroutine evaluate_group
 
-  !> A run of points of one material.
+  !> Evaluates consecutive points of one material.
   subroutine evaluate_run(integration, points, slot, d, tangent, group, from, to, work, results, force, block, bad, &
       offset, field)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
     !> Law of the points.
     type(law_slot_type), intent(in) :: slot
-    !> Dimension, which tangent is wanted, the group, and the range of points.
+    !> Dimension, kind of tangent, group, and range of points.
     integer, intent(in) :: d, tangent, group, from, to
     !> Work space with the displacement of the nodes.
     type(work_type), intent(inout) :: work
@@ -166,7 +165,7 @@ contains
       call load_states(integration, points, from, batch)
       if (present(field) .and. slot%law%field_length > 0.0_wp) &
         call load_field(integration, group, from, slot%law%state_count, field, batch)
-      ! State variables that other materials have and this one has not stay as they are.
+      ! State variables of other materials that this one does not have remain unchanged.
       batch%state(slot%law%state_count + 1:, :batch%count) = batch%state_start(slot%law%state_count + 1:, :batch%count)
       if (slot%law%asks_where) call load_places(integration, points, slot%law, d, group, from, tensor, batch)
       if (treated) then
@@ -191,11 +190,11 @@ contains
     end associate
   end subroutine evaluate_run
 
-  !> Force and stiffness of a run of points whose law has been asked.
+  !> Adds force and stiffness of consecutive points after the evaluation of their law.
   subroutine add_run(d, m, n, count, wide, symmetric, first, with_tangent, weight, gradient, work, force, block)
-    !> Dimension, directions of a gradient, nodes and points.
+    !> Dimension, directions of a gradient, numbers of nodes and points.
     integer, intent(in) :: d, m, n, count
-    !> Which products; all tangents are symmetric; there is nothing in the block yet; stiffness is wanted.
+    !> Use the products for many nodes; all tangents are symmetric; the block is still empty; stiffness is requested.
     logical, intent(in) :: wide, symmetric, first, with_tangent
     !> V (points), and the gradients.
     real(wp), intent(in) :: weight(:), gradient(*)
@@ -215,7 +214,7 @@ contains
     end if
   end subroutine add_run
 
-  !> Last of the leading points of one material.
+  !> Returns the last of the leading points of one material.
   pure integer function end_of_run(material) result(last)
     !> Materials of points.
     integer, intent(in) :: material(:)
@@ -238,7 +237,7 @@ contains
     first_bad = 0
   end function first_bad
 
-  !> Incremental deformation gradients of a run of points.
+  !> Sets the incremental deformation gradients of consecutive points.
   pure subroutine load_gradients(integration, d, from, tensor, batch)
     type(integration_type), intent(in) :: integration
     !> 2 or 3, and the first point.
@@ -246,7 +245,7 @@ contains
     integer, intent(in) :: from
     !> Displacement gradients (dimension, directions, points or more).
     real(wp), intent(in) :: tensor(d*integration%directions, *)
-    !> The points handed to the law.
+    !> Points passed to the law.
     type(batch_type), intent(inout) :: batch
     integer :: k, j
 
@@ -262,13 +261,13 @@ contains
     end do
   end subroutine load_gradients
 
-  !> Start states of a run of points: those of material points, or the Gauss points' own.
+  !> Sets the initial states of consecutive points: those of material points, or those stored at Gauss points.
   pure subroutine load_states(integration, points, from, batch)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
-    !> The first point.
+    !> Number of the first point.
     integer, intent(in) :: from
-    !> The points handed to the law.
+    !> Points passed to the law.
     type(batch_type), intent(inout) :: batch
     integer :: k, p
 
@@ -286,9 +285,9 @@ contains
     end do
   end subroutine load_states
 
-  !> What pressures of a run of points differ by: g at the end of the step, and s at its start.
+  !> Sets the pressure differences of consecutive points: g at the end of the step, and s at its start.
   pure subroutine load_pressures(from, weight, batch, pressure, offset)
-    !> The first point, and start volumes (points).
+    !> Number of the first point, and initial volumes (points).
     integer, intent(in) :: from
     real(wp), intent(in) :: weight(:)
     type(batch_type), intent(in) :: batch
@@ -307,10 +306,10 @@ contains
     end associate
   end subroutine load_pressures
 
-  !> Nonlocal strain at a run of points.
+  !> Sets the nonlocal strain at consecutive points.
   pure subroutine load_field(integration, group, from, place, field, batch)
     type(integration_type), intent(in) :: integration
-    !> The group, the first point, and the place among the state variables.
+    !> Group, first point, and index of the state variable.
     integer, intent(in) :: group, from, place
     !> Nodal values (nodes).
     real(wp), intent(in) :: field(:)
@@ -327,16 +326,16 @@ contains
     end do
   end subroutine load_field
 
-  !> Where a run of points is, and how wide its cell is.
+  !> Sets the positions of consecutive points, and the width of their cell.
   pure subroutine load_places(integration, points, law, d, group, from, tensor, batch)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
     class(law_type), intent(in) :: law
-    !> 2 or 3, the group, and the first point.
+    !> 2 or 3, group, and first point.
     integer, intent(in) :: d, group, from
     !> Displacement gradients (dimension, directions, points or more).
     real(wp), intent(in) :: tensor(d, integration%directions, *)
-    !> The points handed to the law.
+    !> Points passed to the law.
     type(batch_type), intent(inout) :: batch
     integer :: k, p
 
@@ -355,13 +354,13 @@ contains
     if (law%of_user .and. carries_water(points)) call load_water(integration, points, from, batch)
   end subroutine load_places
 
-  !> Water in the pores of a run of points; of Gauss points the mean of their cell.
+  !> Sets the pore water data of consecutive points; for Gauss points the mean of their cell.
   pure subroutine load_water(integration, points, from, batch)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
-    !> The first point.
+    !> Number of the first point.
     integer, intent(in) :: from
-    !> The points handed to the law.
+    !> Points passed to the law.
     type(batch_type), intent(inout) :: batch
     integer :: k, p
 
@@ -376,12 +375,12 @@ contains
     end do
   end subroutine load_water
 
-  !> Width of a cell across the band that a displacement gradient L makes of it: tr(L G L^T)/tr(L L^T) is the mean of
-  !> n . G n over the normals n of what L is made of, and that of n where L = m n, a slip along m.
+  !> Returns the width of a cell across the shear band that a displacement gradient L forms in it: tr(L G L^T)/tr(L L^T)
+  !> is the mean of n . G n over the normals n in L, and equal to n . G n where L = m n, a slip along m.
   pure real(wp) function width_across(metric, gradient, usual) result(width)
     !> G (dimension, dimension), and L.
     real(wp), intent(in) :: metric(:, :), gradient(:, :)
-    !> The width where nothing moves.
+    !> Width where L is zero.
     real(wp), intent(in) :: usual
     real(wp) :: whole
 
@@ -390,13 +389,13 @@ contains
     if (whole > 0.0_wp) width = sqrt(sum(matmul(gradient, metric)*gradient)/whole)
   end function width_across
 
-  !> Keep the results of a run of points.
+  !> Stores the results of consecutive points.
   pure subroutine store_batch(from, batch, results)
-    !> The first point.
+    !> Number of the first point.
     integer, intent(in) :: from
-    !> The points handed to the law.
+    !> Points passed to the law.
     type(batch_type), intent(in) :: batch
-    !> What the laws said.
+    !> Results of the laws.
     type(results_type), intent(inout) :: results
     integer :: q, k
 

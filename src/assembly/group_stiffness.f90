@@ -1,13 +1,13 @@
-!> Gradients, internal force and stiffness of a run of integration points of one group, as dense
-!> products over all its points at once.
+!> Gradients, internal force and stiffness of consecutive integration points of one group, as dense products over all
+!> these points at once.
 !>
 !>   u_i,j = sum u_ia N_a,j      f_ia = sum V Q_ij N_a,j
 !>   K_iakb = sum S_aik,l N_b,l,   S_aik,l = V N_a,j A_ijkl      (eqs. 15-17, 20, 25)
-!> with the law's Q and A on the start configuration. The gradients of a group are one matrix
-!> G (n, directions * points) (qsmpm_integration), so that each line is one product of matrices; the third
-!> direction of axisymmetry acts on the radial displacement alone. Of a symmetric tangent only the pairs
-!> i <= k are formed. Points of one pressure (qsmpm_uniform_pressure) add CR CL^T / sum (V/k). A block is K ordered
-!> (a, i, k, b), as the products leave it.
+!> with the law's Q and A in the configuration at the start of the step. The gradients of a group are one matrix G (n,
+!> directions * points) (qsmpm_integration), so that each line is one matrix product; the third direction of axisymmetry
+!> applies to the radial displacement only. For a symmetric tangent only the pairs i <= k are formed. Points with one
+!> pressure (qsmpm_uniform_pressure) add CR CL^T / sum (V/k). A block is K ordered as (a, i, k, b), which is the order
+!> of the products.
 module qsmpm_group_stiffness
   use qsmpm_kinds, only: wp
   use qsmpm_blas, only: dgemm
@@ -17,7 +17,7 @@ module qsmpm_group_stiffness
 
   public :: products_type, allocate_products, find_gradients, add_force, add_stiffness, add_pressure_stiffness
 
-  !> Numbers of S kept at a time, so that it stays in the cache between forming and product.
+  !> Numbers of S formed at a time, so that they stay in the cache until the product is computed.
   integer, parameter :: cached = 16384
   !> Pairs (i,k) of displacement components: the symmetric ones of two and three dimensions, and all.
   integer, parameter :: upper(2, 6) = reshape([1, 1, 1, 2, 2, 2, 1, 3, 2, 3, 3, 3], [2, 6])
@@ -34,15 +34,15 @@ module qsmpm_group_stiffness
 
 contains
 
-  !> Room for groups of some size.
+  !> Allocates the work space for groups of a given size.
   pure subroutine allocate_products(dimension, directions, points, nodes, with_tangent, products)
-    !> 2 or 3, and the directions of a gradient.
+    !> 2 or 3, and number of directions of a gradient.
     integer, intent(in) :: dimension
     integer, intent(in) :: directions
     !> Points and nodes of the largest groups.
     integer, intent(in) :: points
     integer, intent(in) :: nodes
-    !> Stiffness is wanted.
+    !> Stiffness is requested.
     logical, intent(in) :: with_tangent
     !> The work space.
     type(products_type), intent(inout) :: products
@@ -52,7 +52,7 @@ contains
     allocate (products%scaled(max(cached, nodes*dimension**2*directions)), products%stiffness((nodes*dimension)**2))
   end subroutine allocate_products
 
-  !> Displacement gradients of points: tensor(dimension, directions, points).
+  !> Computes the displacement gradients of points: tensor(dimension, directions, points).
   subroutine find_gradients(dimension, directions, n, points, u, gradient, tensor)
     integer, intent(in) :: dimension
     integer, intent(in) :: directions
@@ -68,7 +68,7 @@ contains
     call dgemm('N', 'N', dimension, directions*points, n, 1.0_wp, u, dimension, gradient, n, 0.0_wp, tensor, dimension)
   end subroutine find_gradients
 
-  !> Internal forces of points (eq. 25 on the start configuration).
+  !> Adds the internal forces of points (eq. 25 in the configuration at the start of the step).
   subroutine add_force(dimension, directions, n, points, weight, packed, gradient, tensor, force)
     integer, intent(in) :: dimension
     integer, intent(in) :: directions
@@ -80,7 +80,7 @@ contains
     !> Q packed as a gradient (5 or 9, points or more).
     real(wp), intent(in) :: packed(:, :)
     real(wp), intent(in) :: gradient(n*directions*points)
-    !> Scratch.
+    !> Work array.
     real(wp), intent(inout) :: tensor(dimension, directions, points)
     !> (dimension, n)
     real(wp), intent(inout) :: force(dimension*n)
@@ -96,8 +96,8 @@ contains
       dimension)
   end subroutine add_force
 
-  !> Stiffness of points, a slice of them at a time. The first that a group gets needs no addition, nor, with all
-  !> pairs, another place to be formed in.
+  !> Adds the stiffness of points, a slice of them at a time. The first contribution of a group is not added but stored
+  !> and, with all pairs, formed directly in the block.
   subroutine add_stiffness(dimension, directions, n, points, symmetric, first, weight, gradient, tangent, products, &
     block)
     integer, intent(in) :: dimension
@@ -106,7 +106,7 @@ contains
     integer, intent(in) :: n
     integer, intent(in) :: points
     logical, intent(in) :: symmetric
-    !> There is nothing in the block yet.
+    !> The block is still empty.
     logical, intent(in) :: first
     !> V (points).
     real(wp), intent(in) :: weight(points)
@@ -128,7 +128,7 @@ contains
       block(:(dimension*n)**2) = block(:(dimension*n)**2) + products%stiffness(:(dimension*n)**2)
     end if
   contains
-    !> S and the product for all pairs.
+    !> Computes S and the product for all pairs.
     subroutine multiply_all(stiffness)
       real(wp), intent(inout) :: stiffness(*)
 
@@ -139,7 +139,7 @@ contains
       end if
     end subroutine multiply_all
 
-    !> S and the product for some pairs.
+    !> Computes S and the product for some pairs.
     subroutine multiply(pair, stiffness)
       !> (2, pairs)
       integer, intent(in) :: pair(:, :)
@@ -164,7 +164,7 @@ contains
     end subroutine multiply
   end subroutine add_stiffness
 
-  !> S of plane or axisymmetric points.
+  !> Computes S of plane or axisymmetric points.
   pure subroutine scale_2d(n, directions, points, pair, weight, gradient, tangent, scaled)
     !> Number of nodes, directions and points.
     integer, intent(in) :: n
@@ -201,7 +201,7 @@ contains
     end do
   end subroutine scale_2d
 
-  !> S of points in 3D.
+  !> Computes S of points in space.
   pure subroutine scale_3d(n, points, pair, weight, gradient, tangent, scaled)
     !> Number of nodes and points.
     integer, intent(in) :: n
@@ -229,12 +229,12 @@ contains
     end do
   end subroutine scale_3d
 
-  !> The block of K of the pairs i <= k, which stand for their transposes too.
+  !> Expands the pairs i <= k of K, which also represent their transposes, to a block.
   pure subroutine unpack_pairs(dimension, n, first, stiffness, block)
     integer, intent(in) :: dimension
     !> Number of nodes.
     integer, intent(in) :: n
-    !> There is nothing in the block yet; else K is added.
+    !> The block is still empty; otherwise K is added.
     logical, intent(in) :: first
     !> K.
     real(wp), intent(in) :: stiffness(n, dimension*(dimension + 1)/2, n)
@@ -252,7 +252,7 @@ contains
     end do
   end subroutine unpack_pairs
 
-  !> What the common pressure of a run of points adds: CR CL^T / sum (V/k), CR = sum (V/k) r : grad N,
+  !> Adds the contribution of the common pressure of consecutive points: CR CL^T / sum (V/k), CR = sum (V/k) r : grad N,
   !> CL = sum (V/k) l : grad N.
   subroutine add_pressure_stiffness(dimension, directions, n, points, weight, gradient, tensor, pressure, block)
     integer, intent(in) :: dimension
@@ -263,7 +263,7 @@ contains
     !> V (points).
     real(wp), intent(in) :: weight(:)
     real(wp), intent(in) :: gradient(n*directions*points)
-    !> Scratch.
+    !> Work array.
     real(wp), intent(inout) :: tensor(dimension*directions*points)
     !> r, l and k of the points; its vectors, corrections and omega are overwritten.
     type(pressure_type), intent(inout) :: pressure
@@ -275,7 +275,7 @@ contains
       call add_product(dimension, directions, n, points, share, pressure%right, share, pressure%left, &
         1.0_wp/sum(share), gradient, tensor, pressure%right_vector, pressure%left_vector, block)
       if (pressure%constant) return
-      ! d(c omega - h s) = dc (omega - h s/c).
+      ! Derivative with respect to c: d(c omega - h s) = dc (omega - h s/c).
       omega = omega - pressure%kept(:points)*(pressure%left_share/pressure%resistance)
       mean = sum(share*omega)/sum(share)
       call add_product(dimension, directions, n, points, share*(mean - omega), pressure%right, weight, &
@@ -283,14 +283,14 @@ contains
     end associate
   end subroutine add_pressure_stiffness
 
-  !> factor (sum a A : grad N) (sum b B : grad N)^T.
+  !> Adds factor (sum a A : grad N) (sum b B : grad N)^T.
   subroutine add_product(dimension, directions, n, points, of_a, a, of_b, b, factor, gradient, tensor, right, left, &
     block)
     integer, intent(in) :: dimension, directions, n, points
     !> a and b (points), A and B (5 or 9, points).
     real(wp), intent(in) :: of_a(:), a(:, :), of_b(:), b(:, :), factor
     real(wp), intent(in) :: gradient(n*directions*points)
-    !> Scratch.
+    !> Work arrays.
     real(wp), intent(inout) :: tensor(dimension*directions*points)
     real(wp), intent(inout) :: right(dimension*n), left(dimension*n)
     real(wp), intent(inout) :: block(n, dimension, dimension, n)

@@ -1,6 +1,6 @@
-!> Cells that share a pressure, when processes share the model: which they are follows from all cells with material
-!> (qsmpm_pressure_groups), so every process tells the others its own and takes of the patches what it has cells of.
-!> The mesh is whole on every process then (qsmpm_cell_sharing).
+!> Cells that share a pressure, where processes share the model: the patches depend on all cells with material
+!> (qsmpm_pressure_groups). Every process therefore sends its cells to the others and retains the patches that contain
+!> its own cells. The whole mesh is stored on every process in this case (qsmpm_cell_sharing).
 module qsmpm_joint_patches
   use qsmpm_kinds, only: long
   use qsmpm_team, only: hand_over
@@ -14,7 +14,7 @@ module qsmpm_joint_patches
 
 contains
 
-  !> Patch of each group of this process, numbered in the order of their first groups.
+  !> Finds the patch of each group of this process, numbered in the order of their first groups.
   subroutine find_joint_patches(model, cells, wanted, patch)
     type(model_type), intent(in) :: model
     !> Cell of each group, and whether it is to share a pressure (groups).
@@ -43,7 +43,7 @@ contains
     end do
   end subroutine find_joint_patches
 
-  !> Cells with material of all processes, rising, and whether they are to share a pressure.
+  !> Lists the cells with material of all processes in ascending order, and whether they are to share a pressure.
   subroutine list_all(model, cells, wanted, all_cells, all_wanted)
     type(model_type), intent(in) :: model
     integer, intent(in) :: cells(:)
@@ -54,7 +54,7 @@ contains
     integer, allocatable :: first(:)
     integer :: mark(model%mesh%cell_count), c, n, r
 
-    ! Twice the number of the cell, and one more where it is.
+    ! Encoded as twice the number of the cell, plus one where it is to share a pressure.
     mine = pack(2_long*cells + merge(1_long, 0_long, wanted), own_cells(model%part, cells))
     n = size(mine)
     associate (team => model%part%team)

@@ -1,7 +1,7 @@
-!> The balance of a group of points under one pressure: the extra volume changes omega for which
+!> Balance of a group of points with one pressure: the additional volume changes omega for which
 !>   pi + c omega - g - h s = pbar at all points,   sum V omega = 0
-!> (qsmpm_uniform_pressure says what for). Newton's method for all points together takes two or three
-!> calls of the law; a search in brackets takes over where corners of the yield surface defeat it.
+!> (the purpose is described in qsmpm_uniform_pressure). Newton's method for all points together needs two or three
+!> calls of the law; a bracketing search replaces it where corners of the yield surface prevent its convergence.
 module qsmpm_pressure_balance
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_slot_type, batch_type, status_ok, tangent_consistent
@@ -11,57 +11,58 @@ module qsmpm_pressure_balance
 
   public :: pressure_type, allocate_pressure, even_out_volumes, balance, search, packed_determinant
 
-  !> Passes of Newton's method before the search takes over, and the search's: pressures tried, and
+  !> Largest number of passes of Newton's method before the search; of the search, largest number of pressures, and of
   !> passes for each.
   integer, parameter :: most_passes = 10, most_pressures = 40, most_tries = 60
   !> Largest change of omega in a pass of the search.
   real(wp), parameter :: largest_change = 0.1_wp
-  !> Spread of pi + c omega that is left, relative to shear modulus and stress, and the rounding of a
-  !> stress whose volume change is known to some eps.
+  !> Allowed spread of pi + c omega relative to shear modulus and stress, and rounding of a stress whose volume change
+  !> is known to some eps.
   real(wp), parameter :: spread = 1.0e-13_wp, rounding = 5.0e-14_wp
-  !> A pass has overshot when the slope along it has turned round to more than this share of the first.
+  !> A pass has overshot when the slope along it has changed sign and exceeds this share of the first.
   real(wp), parameter :: overshoot = 0.5_wp
 
-  !> Work space of one group, and what the stiffness needs of it. Arrays may be longer than the group.
+  !> Work space of one group, and data needed for the stiffness. Arrays may be longer than the group.
   type :: pressure_type
     !> Volumetric direction m (3).
     real(wp) :: direction(3) = 1.0_wp/3.0_wp
-    !> c, and what it changes by with F of the points, over V, packed (5 or 9, n); unused where it is constant.
+    !> c, and its derivative with respect to F of the points, over V, packed (5 or 9, n); unused where c is constant.
     real(wp) :: resistance = 0.0_wp
     real(wp), allocatable :: resistance_by(:, :)
     logical :: constant = .true.
-    !> F of the points as the displacements give it, packed (5 or 9, n).
+    !> F of the points from the displacements, packed (5 or 9, n).
     real(wp), allocatable :: gradient(:, :)
-    !> Extra volume change omega, and its last correction (n).
+    !> Additional volume change omega, and its last correction (n).
     real(wp), allocatable :: omega(:), correction(:)
-    !> Where omega is known to lie (n).
+    !> Bounds of omega (n).
     real(wp), allocatable :: low(:), high(:)
     !> pi + c omega - g - h s and k (n).
     real(wp), allocatable :: pressure(:), stiffness(:)
-    !> g + h s, pressure of the points less the common one by weight and water and of what there was at the start
-    !> of the step, s less that at the start, and h, the share of s that is left [stress] (n).
+    !> g + h s: pressure of the points relative to the common one, due to weight and water and due to the differences at
+    !> the start of the step; s, the pressure relative to its mean at the start; and h, the share of s that remains
+    !> [stress] (n).
     real(wp), allocatable :: offset(:), kept(:)
     real(wp) :: left_share = 1.0_wp
-    !> s counts: the points stay in their group from step to step.
+    !> s is included: the points remain in their group from step to step.
     logical :: lasting = .false.
     !> r and l, packed (5 or 9, n).
     real(wp), allocatable :: right(:, :), left(:, :)
     !> CR and CL of the group's nodes (dimension*nodes).
     real(wp), allocatable :: right_vector(:), left_vector(:)
-    !> Calls of the law that the last balance took.
+    !> Number of calls of the law in the last balance.
     integer :: passes = 0
   end type pressure_type
 
 contains
 
-  !> Room for groups of some size.
+  !> Allocates the work space for groups of a given size.
   pure subroutine allocate_pressure(components, points, unknowns, hoop, pressure)
     !> Packed components of a gradient, 5 or 9.
     integer, intent(in) :: components
-    !> Points and displacement components of the largest group.
+    !> Numbers of points and of displacement components of the largest group.
     integer, intent(in) :: points
     integer, intent(in) :: unknowns
-    !> The third direction strains: axisymmetry and 3D.
+    !> The third direction is strained: axisymmetry and space.
     logical, intent(in) :: hoop
     !> The work space.
     type(pressure_type), intent(out) :: pressure
@@ -75,11 +76,11 @@ contains
     allocate (pressure%right_vector(unknowns), pressure%left_vector(unknowns))
   end subroutine allocate_pressure
 
-  !> First guess: all points have the mean logarithmic volume change.
+  !> Sets the first guess: all points have the mean logarithmic volume change.
   pure subroutine even_out_volumes(weight, batch, pressure, ok)
-    !> Start volumes (n).
+    !> Initial volumes (n).
     real(wp), intent(in) :: weight(:)
-    !> Points; they get Fbar.
+    !> Points, whose gradients are set to Fbar.
     type(batch_type), intent(inout) :: batch
     !> Work space with F.
     type(pressure_type), intent(inout) :: pressure
@@ -101,13 +102,13 @@ contains
     call strain_points(batch, pressure)
   end subroutine even_out_volumes
 
-  !> Newton's method for omega. With the correction d, sum V d = 0, the slope -sum V (pi + c omega) d
-  !> falls along d (pi rises with omega), so that a step too long is seen by its sign and shortened.
-  !> Deviations from the mean enter the slope, else rounding in sum V d would hide it.
+  !> Applies Newton's method to omega. With the correction d, sum V d = 0, the slope -sum V (pi + c omega) d decreases
+  !> along d (pi increases with omega), so that a step that is too long is detected by its sign and shortened. The slope
+  !> contains deviations from the mean, because rounding in sum V d would otherwise conceal it.
   subroutine balance(slot, weight, batch, pressure, found)
     !> The law of the points.
     type(law_slot_type), intent(in) :: slot
-    !> Start volumes (n).
+    !> Initial volumes (n).
     real(wp), intent(in) :: weight(:)
     !> Points with Fbar of the first guess.
     type(batch_type), intent(inout) :: batch
@@ -148,13 +149,13 @@ contains
     end do
   end subroutine balance
 
-  !> Where Newton's method for all points together fails: pbar is bracketed, and for each pbar tried
-  !> the omega of every point. pi + c omega rises with omega, and sum V omega with pbar, so that
-  !> brackets and halving find what is there, whatever corners the law has on the way.
+  !> Finds the balance where Newton's method for all points together fails: pbar is bracketed, and for each trial of
+  !> pbar the omega of every point. pi + c omega increases with omega, and sum V omega with pbar, so that bracketing and
+  !> bisection find the solution for any corners of the law.
   subroutine search(slot, weight, batch, pressure, found)
     !> The law of the points.
     type(law_slot_type), intent(in) :: slot
-    !> Start volumes (n).
+    !> Initial volumes (n).
     real(wp), intent(in) :: weight(:)
     !> Points.
     type(batch_type), intent(inout) :: batch
@@ -187,7 +188,7 @@ contains
     found = .false.
   end subroutine search
 
-  !> Omega of every point for one pressure.
+  !> Finds omega of every point for one pressure.
   subroutine reach(slot, common, batch, pressure, reached)
     !> The law of the points.
     type(law_slot_type), intent(in) :: slot
@@ -223,7 +224,7 @@ contains
     end do
   end subroutine reach
 
-  !> Answer of the law at Fbar; false when a point has none or k is not positive.
+  !> Evaluates the law at Fbar; `ok` is false when a point has no result or k is not positive.
   subroutine call_law(slot, batch, pressure, ok)
     !> The law of the points.
     type(law_slot_type), intent(in) :: slot
@@ -231,7 +232,7 @@ contains
     type(batch_type), intent(inout) :: batch
     !> Work space.
     type(pressure_type), intent(inout) :: pressure
-    !> pi + c omega - g - h s and k are there.
+    !> pi + c omega - g - h s and k are available.
     logical, intent(out) :: ok
 
     pressure%passes = pressure%passes + 1
@@ -242,32 +243,32 @@ contains
     ok = all(pressure%stiffness(:batch%count) > 0.0_wp)
   end subroutine call_law
 
-  !> Whether the middle of a bracket is a better try than Newton's: that one lies outside, or it is
-  !> time to make sure that the bracket shrinks.
+  !> Returns whether the midpoint of a bracket is a better trial than Newton's, which is outside or is replaced at
+  !> intervals so that the bracket shrinks.
   pure logical function is_better_halved(next, low, high, trial) result(halved)
-    !> Newton's try.
+    !> Trial of Newton's method.
     real(wp), intent(in) :: next
     !> Bracket; huge where there is no bound yet.
     real(wp), intent(in) :: low
     real(wp), intent(in) :: high
-    !> Number of the try.
+    !> Number of the trial.
     integer, intent(in) :: trial
 
     halved = low > -huge(low) .and. high < huge(high)
     if (halved) halved = next <= low .or. next >= high .or. modulo(trial, 4) == 0
   end function is_better_halved
 
-  !> A change of omega of limited size.
+  !> Returns a change of omega of limited size.
   elemental real(wp) function limited(change)
-    !> The change wanted.
+    !> The required change.
     real(wp), intent(in) :: change
 
     limited = max(-largest_change, min(largest_change, change))
   end function limited
 
-  !> Go back along the last correction.
+  !> Moves back along the last correction.
   pure subroutine shorten(new_length, count, length, pressure)
-    !> Length wanted, in corrections.
+    !> Required length, in corrections.
     real(wp), intent(in) :: new_length
     !> Points of the group.
     integer, intent(in) :: count
@@ -281,7 +282,7 @@ contains
     length = new_length
   end subroutine shorten
 
-  !> Fbar = exp(omega M) F.
+  !> Sets Fbar = exp(omega M) F.
   pure subroutine strain_points(batch, pressure)
     !> The points.
     type(batch_type), intent(inout) :: batch
@@ -299,8 +300,8 @@ contains
     end do
   end subroutine strain_points
 
-  !> pi + c omega - g - h s and k of all points, from the law's answer at Fbar:
-  !> pi = Qbar : h, kappa = (M Qbar + Abar h) : h with h = M Fbar.
+  !> Computes pi + c omega - g - h s and k of all points from the result of the law at Fbar: pi = Qbar : h, kappa = (M
+  !> Qbar + Abar h) : h with h = M Fbar.
   pure subroutine linearise(batch, pressure)
     !> The points.
     type(batch_type), intent(in) :: batch
@@ -322,7 +323,7 @@ contains
     end do
   end subroutine linearise
 
-  !> Whether all points have the common pressure up to rounding.
+  !> Returns whether all points have the common pressure up to rounding.
   pure logical function is_even(slot, common, batch, pressure)
     !> The law of the points.
     type(law_slot_type), intent(in) :: slot
@@ -338,7 +339,7 @@ contains
     end associate
   end function is_even
 
-  !> Determinant of a packed deformation gradient.
+  !> Returns the determinant of a packed deformation gradient.
   pure real(wp) function packed_determinant(f) result(determinant)
     !> (5) or (9)
     real(wp), intent(in) :: f(:)

@@ -1,12 +1,12 @@
-!> Displacement gradients of a step recovered at the nodes: the mean over the cells at a node of what
-!> each has there, weighted by volume, and interpolated in between by the elements' functions.
+!> Displacement gradients of a step recovered at the nodes: the mean over the cells at a node of their gradients there,
+!> weighted by volume, and interpolated by the functions of the elements.
 !>
-!> The gradient of an element jumps across faces. A material point that crosses cells picks up the
-!> jumps, each of the order of the element, but as many of them as there are cells on its way: what it
-!> has collected is one order lower. The recovered gradient is continuous in a material; across an interface of
-!> two it jumps, and so each has means of its own, over the cells that hold points of it. Points of full cells of
-!> quadratic elements follow it but for a share of their own; linear elements gain in stress and lose in
-!> displacement, and keep their own. docs/methods/cell_integration.md.
+!> The gradient of an element is discontinuous at faces. A material point that crosses cells accumulates these jumps,
+!> each of the order of the element, once for every cell on its path: the accumulated error is one order lower. The
+!> recovered gradient is continuous in a material; at an interface of two materials it is discontinuous, so that each
+!> material has its own means, over the cells that contain its points. Points of full cells of quadratic elements follow
+!> the recovered gradient except for a share of their own; linear elements gain accuracy in stress and lose it in
+!> displacement, and keep their own gradient. docs/methods/cell_integration.md.
 module qsmpm_recovered_gradient
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry, element_order, local_nodes, max_nodes
@@ -19,16 +19,16 @@ module qsmpm_recovered_gradient
 
   public :: recover_gradients
 
-  !> Share of its own cell's gradient that a point keeps. Without it a mode whose gradients cancel at the
-  !> nodes would leave no trace in the points and grow from step to step (measured with this constant at 0
-  !> and 200 steps on 16 cells: QUAD8 9.4e-2 against 4.1e-2 at 0.3, linear triangles lost); with
-  !> 0.3 it is stable and the collected error is 0.3 of the former.
+  !> Share of the gradient of its cell that a point retains. Without it a mode whose gradients cancel at the nodes would
+  !> not affect the points and would grow from step to step (measured with this constant at 0 and 200 steps on 16 cells:
+  !> QUAD8 9.4e-2 against 4.1e-2 at 0.3, linear triangles diverge); with 0.3 it is stable and the accumulated error is
+  !> 0.3 of the former.
   real(wp), parameter :: own = 0.3_wp
 
 contains
 
-  !> Displacement gradients of the step at the points: recovered ones in full cells, those of the
-  !> functions elsewhere and in materials whose cells share a pressure.
+  !> Sets the displacement gradients of the step at the points: recovered ones in full cells, those of the functions
+  !> elsewhere and in materials whose cells share a pressure.
   pure subroutine recover_gradients(mesh, activation, volumes, laws, displacement, at_points)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
@@ -38,7 +38,7 @@ contains
     type(law_slot_type), intent(in) :: laws(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> Material points in groups; their `given` gradients are set.
+    !> Material points in groups, whose `given` gradients are set.
     type(integration_type), intent(inout) :: at_points
     real(wp) :: nodal(mesh%dimension, mesh%dimension, mesh%node_count)
     integer :: m
@@ -52,7 +52,7 @@ contains
     end do
   end subroutine recover_gradients
 
-  !> Which groups hold points of a material.
+  !> Returns the groups that contain points of a material.
   pure function cells_of(at_points, material) result(hold)
     type(integration_type), intent(in) :: at_points
     integer, intent(in) :: material
@@ -64,12 +64,12 @@ contains
     end do
   end function cells_of
 
-  !> Gradients of the points of a material.
+  !> Sets the gradients of the points of a material.
   pure subroutine give_gradients(mesh, activation, material, follows, displacement, nodal, at_points)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
     integer, intent(in) :: material
-    !> Whether points of full cells of it follow the recovered gradient.
+    !> Points of full cells of the material follow the recovered gradient.
     logical, intent(in) :: follows
     !> Displacement of the step (dimension, node_count), and its means (dimension, dimension, node_count).
     real(wp), intent(in) :: displacement(:, :), nodal(:, :, :)
@@ -97,13 +97,13 @@ contains
     end do
   end subroutine give_gradients
 
-  !> Means of the cells' gradients at the nodes, over the cells that count.
+  !> Computes the means of the gradients of cells at the nodes, over selected cells.
   pure subroutine nodal_gradients(mesh, activation, volumes, counts, displacement, nodal)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)
-    !> Active cells that count (active_count).
+    !> Selected active cells (active_count).
     logical, intent(in) :: counts(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)

@@ -1,14 +1,14 @@
-!> Steps of small strain, whose places stay (GEOMETRY=FIXED of safety phases): forces are those of the true stress on
-!> the body as it stood, however far the step moves it, so that equilibrium is one of the undeformed body.
+!> Steps of small strain with fixed positions (GEOMETRY=FIXED of safety phases): forces are those of the true stress on
+!> the body at the start, for any displacement of the step, so that equilibrium is that of the undeformed body.
 !>
 !> The law is called at a stretch U of the strain e = (H + H^T)/2 of the displacement gradient H,
 !>   U = (I - e/2)^-1 (I + e/2),   dU = B de B,  B = (I + U)/2,   d ln det U = n : de,  n = (U + U^-1 + 2 I)/4,
-!> which is exp(e) but for e^3/12: what keeps the volume in e keeps it in U, and pore water that is a hundred times as
-!> stiff as the soil does not see shear. The answer Q, A at U becomes, with J the change of volume,
-!>   T = sym(Q U),   dT = sym(A:dU U + Q dU)
-!> in its place: the stress per unit of the volume at the start, which laws bound that bound the Kirchhoff stress; of
-!> others the Cauchy stress T/J. Away from U = I the tangent of a symmetric law is not symmetric, and is taken as it is:
-!> made symmetric it errs by the strain times the stiffness of the water, which is more than soil that yields has.
+!> which is exp(e) up to e^3/12: an isochoric e gives an isochoric U, so that pore water a hundred times as stiff as the
+!> soil has no effect in shear. The result Q, A at U is replaced, with J the change of volume, by
+!>   T = sym(Q U),   dT = sym(A:dU U + Q dU):
+!> the stress per unit of the initial volume for laws that bound the Kirchhoff stress; for others the Cauchy stress T/J.
+!> Away from U = I the tangent of a symmetric law is not symmetric, and is used as it is: symmetrised, its error would
+!> be the strain times the stiffness of the water, which exceeds the stiffness of yielding soil.
 module qsmpm_small_strain
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: batch_type, law_slot_type
@@ -21,7 +21,7 @@ module qsmpm_small_strain
 
 contains
 
-  !> F of the points becomes U; one that folds what e is, without a stretch, turns a point inside out.
+  !> Replaces F of the points by U; a strain without a stretch (I - e/2 not positive definite) turns a point inside out.
   pure subroutine take_stretch(batch)
     type(batch_type), intent(inout) :: batch
     real(wp) :: strain(3, 3), rest(3, 3), det
@@ -40,14 +40,14 @@ contains
     end do
   end subroutine take_stretch
 
-  !> Q and A of the points become T and dT/dH, the stress that is kept the one which is in equilibrium.
+  !> Replaces Q and A of the points by T and dT/dH; the stored stress is the one in equilibrium.
   pure subroutine take_true_stress(slot, with_tangent, batch, pressure)
     !> Law of the points.
     type(law_slot_type), intent(in) :: slot
-    !> The tangent is wanted.
+    !> The tangent is requested.
     logical, intent(in) :: with_tangent
     type(batch_type), intent(inout) :: batch
-    !> What the law was called at, where the points share a pressure: r and l become what belongs to dT.
+    !> Arguments of the law, where the points share a pressure: r and l are converted to those of dT.
     type(pressure_type), intent(inout), optional :: pressure
     real(wp) :: stretch(3, 3), piola(3, 3), stress(3, 3), of_volume(3, 3), volume, scale
     integer :: p
@@ -81,10 +81,10 @@ contains
     end do
   end subroutine take_true_stress
 
-  !> A becomes dT/dH, but for what the volume does to T.
+  !> Converts A to dT/dH, without the effect of the volume on T.
   pure subroutine turn_tangent(stretch, piola, scale, tangent)
     real(wp), intent(in) :: stretch(3, 3), piola(3, 3)
-    !> By what T is divided.
+    !> Divisor of T.
     real(wp), intent(in) :: scale
     real(wp), intent(inout) :: tangent(:, :)
     real(wp) :: turned(size(tangent, 1), size(tangent, 1)), along(3, 3), packed(size(tangent, 1))
@@ -102,9 +102,9 @@ contains
     tangent = turned
   end subroutine turn_tangent
 
-  !> What the change of volume, d ln J = (n - l/k) : dH at held pressure, takes from T.
+  !> Subtracts the effect of the volume change, d ln J = (n - l/k) : dH at constant pressure, on T.
   pure subroutine leave_volume(stretch, of_volume, tangent, shared)
-    !> U, and dT/d ln J with its sign turned.
+    !> U, and -dT/d ln J.
     real(wp), intent(in) :: stretch(3, 3), of_volume(3, 3)
     real(wp), intent(inout) :: tangent(:, :)
     !> l/k of a point that shares a pressure.
@@ -121,7 +121,7 @@ contains
     end do
   end subroutine leave_volume
 
-  !> r and l of points under one pressure.
+  !> Converts r and l of points with one pressure.
   pure subroutine turn_pressure(stretch, scale, of_volume, right, left)
     real(wp), intent(in) :: stretch(3, 3), scale, of_volume(3, 3)
     real(wp), intent(inout) :: right(:), left(:)
@@ -130,9 +130,10 @@ contains
     call pack_gradient(strained(stretch, unpack_gradient(left)), left)
   end subroutine turn_pressure
 
-  !> Derivatives of Q and by F of a scalar that a law gives at U (qsmpm_nonlocal_strain) become those of T and by H.
+  !> Converts the derivatives of Q and with respect to F of a scalar of the law at U (qsmpm_nonlocal_strain) to those of
+  !> T and with respect to H.
   pure subroutine turn_coupling(bounds_kirchhoff, gradient, of_stress, by_gradient)
-    !> As of the law.
+    !> As declared by the law.
     logical, intent(in) :: bounds_kirchhoff
     !> U, packed.
     real(wp), intent(in) :: gradient(:)
@@ -145,7 +146,8 @@ contains
     call turn_pressure(unpack_gradient(gradient), scale, no_volume, of_stress, by_gradient)
   end subroutine turn_coupling
 
-  !> B sym(a) B: the change of U with the strain, and what belongs to the strain of what belongs to U.
+  !> Returns B sym(a) B: the change of U due to the strain, and the quantity conjugate to the strain for one conjugate
+  !> to U.
   pure function strained(stretch, a) result(c)
     real(wp), intent(in) :: stretch(3, 3), a(3, 3)
     real(wp) :: c(3, 3), b(3, 3)
@@ -154,14 +156,14 @@ contains
     c = matmul(b, matmul(0.5_wp*(a + transpose(a)), b))
   end function strained
 
-  !> Whether a symmetric tensor with this determinant has positive principal values only.
+  !> Returns whether a symmetric tensor with this determinant has only positive principal values.
   pure logical function is_positive(a, det)
     real(wp), intent(in) :: a(3, 3), det
 
     is_positive = a(1, 1) > 0.0_wp .and. a(1, 1)*a(2, 2) > a(1, 2)**2 .and. det > 0.0_wp
   end function is_positive
 
-  !> sym(a b), b symmetric.
+  !> Returns sym(a b), b symmetric.
   pure function product_of(a, b) result(c)
     real(wp), intent(in) :: a(3, 3), b(3, 3)
     real(wp) :: c(3, 3)

@@ -1,5 +1,5 @@
-!> Nodal force of the stresses as they are at the start of a step, without asking the laws: sum V sigma grad N, in
-!> axisymmetry with the hoop; above the all-round pressure where there is one.
+!> Nodal force of the stresses at the start of a step, without evaluation of the laws: sum V sigma grad N, in
+!> axisymmetry including the hoop stress; relative to the all-round pressure where there is one.
 module qsmpm_stress_force
   use qsmpm_kinds, only: wp
   use qsmpm_integration, only: integration_type, place_of
@@ -11,11 +11,11 @@ module qsmpm_stress_force
 
 contains
 
-  !> Nodal force of the stresses at the start of the step.
+  !> Computes the nodal force of the stresses at the start of the step.
   pure subroutine internal_force(integration, points, confinement, force)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
-    !> All-round pressure above which the stresses count (qsmpm_law).
+    !> All-round pressure to which the stresses are relative (qsmpm_law).
     real(wp), intent(in) :: confinement
     !> (dimension, node_count)
     real(wp), intent(out) :: force(:, :)
@@ -44,7 +44,7 @@ contains
     end do
   end subroutine internal_force
 
-  !> Nodal forces of one point.
+  !> Adds the nodal forces of one point.
   pure subroutine add_stress(d, m, n, nodes, gradient, stress, force)
     !> Dimension, directions of the gradient (3 with the hoop in axisymmetry), number of nodes.
     integer, intent(in) :: d, m, n

@@ -1,8 +1,9 @@
-!> Basis functions at points of surfaces, at the start of a step: node lists, values, gradients, and how areas turn.
+!> Basis functions at points of surfaces, at the start of a step: node lists, values, gradients, and the rotation and
+!> stretch of areas.
 !>
 !>   a = cof(F) a_0                                                          (Nanson)
 !>
-!> with the gradient F of the step at the surface point itself, F_33 = 1 + u_r/r in axisymmetry.
+!> with the gradient F of the step at the surface point, F_33 = 1 + u_r/r in axisymmetry.
 module qsmpm_surface_basis
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -21,7 +22,7 @@ module qsmpm_surface_basis
     stiffness_near
 
   type :: surface_basis_type
-    !> Connectivity, one list a point.
+    !> Connectivity, one list per point.
     type(connectivity_type) :: connectivity
     !> Basis functions (most nodes, points) and their gradients; the third row is N/r in axisymmetry and zero in
     !> plane strain (3, most nodes, points).
@@ -32,7 +33,7 @@ module qsmpm_surface_basis
 
 contains
 
-  !> The functions at some surface points.
+  !> Evaluates the functions at some surface points.
   subroutine places_of(model, configuration, points, place)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
@@ -48,7 +49,7 @@ contains
     end do
   end subroutine places_of
 
-  !> Their node lists and values.
+  !> Sets node lists and function values of the points.
   subroutine set_patches(place, connectivity, shape)
     type(shape_values_type), intent(in) :: place(:)
     type(connectivity_type), intent(out) :: connectivity
@@ -73,7 +74,7 @@ contains
     end do
   end subroutine set_patches
 
-  !> Functions, gradients and areas of some surface points.
+  !> Evaluates functions, gradients and areas of some surface points.
   subroutine find_basis(model, configuration, points, basis)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
@@ -97,9 +98,9 @@ contains
     end associate
   end subroutine find_basis
 
-  !> N/r of the hoop direction; on the axis, where no radial displacement is left, its limit N,r.
+  !> Returns N/r of the hoop direction; on the axis, where the radial displacement is zero, its limit N,r.
   pure function hoop_gradient(shape, slope, radius) result(hoop)
-    !> Basis functions and their derivative by the radius (nodes).
+    !> Basis functions and their derivative with respect to the radius (nodes).
     real(wp), intent(in) :: shape(:), slope(:)
     real(wp), intent(in) :: radius
     real(wp) :: hoop(size(shape))
@@ -108,7 +109,7 @@ contains
     if (radius > 0.0_wp) hoop = shape/radius
   end function hoop_gradient
 
-  !> Gradient F of the step at a point.
+  !> Returns the gradient F of the step at a point.
   pure function gradient_of(basis, k, displacement) result(f)
     type(surface_basis_type), intent(in) :: basis
     !> Number of the point.
@@ -131,7 +132,7 @@ contains
     end do
   end function gradient_of
 
-  !> Area vectors of all surface points after a step that is taken.
+  !> Computes the area vectors of all surface points after an accepted step.
   subroutine turn_areas(model, configuration, displacement, areas)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
@@ -150,11 +151,11 @@ contains
     end do
   end subroutine turn_areas
 
-  !> Young's modulus of the material at a surface point.
+  !> Returns Young's modulus of the material at a surface point.
   real(wp) function stiffness_at(model, activation, i) result(stiffness)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
-    !> Surface point.
+    !> Number of the surface point.
     integer, intent(in) :: i
     integer :: p
 
@@ -171,7 +172,7 @@ contains
     end if
   end function stiffness_at
 
-  !> Young's modulus of the material nearest to a place.
+  !> Returns Young's modulus of the material point nearest to a place.
   real(wp) function stiffness_near(model, x) result(stiffness)
     type(model_type), intent(in) :: model
     !> (dimension)

@@ -1,29 +1,27 @@
-!> Uniform cell pressure: the points of a group share one pressure, which cures volumetric locking.
+!> Uniform cell pressure: the points of a group share one pressure, which avoids volumetric locking.
 !>
-!> Two fields, displacement and a pressure that is constant in the group, with the pressure and what
-!> belongs to it condensed inside the group. A point of start volume V gets an extra volume change
-!> omega; its law is called at Fbar = S F, S = exp(omega M), M = diag(m), sum m = 1. With the law's
-!> answer Qbar, Abar the chain rule gives
-!>   Q = S Qbar,  A = S Abar S,  pi = Q : M F  (the mean stress, per start volume),
+!> The formulation has two fields, the displacement and a pressure that is constant in the group, with the pressure and
+!> its conjugate condensed inside the group. A point of initial volume V receives an additional volume change omega; its
+!> law is called at Fbar = S F, S = exp(omega M), M = diag(m), sum m = 1. With the result Qbar, Abar of the law the
+!> chain rule gives
+!>   Q = S Qbar,  A = S Abar S,  pi = Q : M F  (the mean stress, per initial volume),
 !>   r = dQ/domega = M Q + A (M F),  l = dpi/dF = M Q + A^T (M F),  kappa = dpi/domega = (M F) : r.
 !> The group is in balance when
 !>   pi + c omega - g - h s = pbar for all points,   sum V omega = 0,   c = h * factor * shear modulus G.
-!> g is what weight and water make of the pressure inside the group (qsmpm_point_forces), s = pi - g less its mean
-!> at the start of the step where cells go with the ground, else 0. Elastic soil has h = 1: the pressures that
-!> differ in the group are the sum of factor G omega over all steps. Soil that may flow forgets them as it shears,
-!> h = t/(t + 2 G e), with e = sqrt(sum V E':E'/sum V) of the deviator of Green's strain of the step and t that of
-!> the stress at its start, which is d(s)/de = -factor G d(omega)/de - s 2G/t by one implicit step of Euler: they
-!> are a share of the strength in steady flow, whatever the length of the step. A group without shear stress keeps
-!> them for a step.
-!> The condition makes sum V Q : dF stationary in omega, so that Q is the force's stress as it stands,
-!> and with k = kappa + c > 0
+!> g is the pressure variation inside the group due to weight and water (qsmpm_point_forces), s = pi - g relative to its
+!> mean at the start of the step where cells move with the material, otherwise 0. Elastic soil has h = 1: the pressure
+!> differences in the group are the sum of factor G omega over all steps. In soil that may yield they decay with shear,
+!> h = t/(t + 2 G e), with e = sqrt(sum V E':E'/sum V) of the deviator of Green's strain of the step and t that of the
+!> stress at its start. This is one implicit Euler step of d(s)/de = -factor G d(omega)/de - s 2G/t: in steady flow the
+!> differences are a share of the strength for any length of the step. In a group without shear stress they are retained
+!> for a step. The condition makes sum V Q : dF stationary in omega, so that Q is the stress of the internal force, and
+!> with k = kappa + c > 0
 !>   dQ = (A - r l^T/k) dF + r/k dpbar,   dpbar = sum (V/k) l : dF / sum (V/k).
-!> c -> infinity is no cure at all; a group of one point has omega = 0. A and the whole are symmetric
-!> together. The volume of a point changes by det Fbar = det F exp(omega).
+!> c -> infinity recovers the untreated formulation; a group of one point has omega = 0. A and the condensed tangent are
+!> symmetric together. The volume of a point changes by det Fbar = det F exp(omega).
 !>
-!> qsmpm_pressure_balance finds omega; this module condenses stress and tangent of the points; the
-!> rank-one part of the stiffness is `add_pressure_stiffness` of qsmpm_group_stiffness.
-!> docs/methods/uniform_pressure.md.
+!> qsmpm_pressure_balance finds omega; this module condenses stress and tangent of the points; the rank-one part of the
+!> stiffness is `add_pressure_stiffness` of qsmpm_group_stiffness. docs/methods/uniform_pressure.md.
 module qsmpm_uniform_pressure
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_slot_type, batch_type, status_ok, status_failed, tangent_none, tangent_elastic
@@ -34,24 +32,24 @@ module qsmpm_uniform_pressure
 
   public :: find_pressure
 
-  !> h at the least. What is left of c where soil flows freely must not count beside the strength; where points go from
-  !> group to group and c alone holds them together it must.
+  !> Lower bound of h. The remaining c of freely yielding soil must be negligible compared with the strength where
+  !> points remain in their groups, and sufficient to couple them where they move from group to group.
   real(wp), parameter :: least_lasting = 1.0e-5_wp, least_passing = 1.0e-3_wp
 
 contains
 
-  !> Stress, state and, when asked for, condensed tangent A - r l^T/k of points under one pressure.
-  !> Where there is none in the passes allowed, all points get a status.
+  !> Computes stress, state and, if requested, the condensed tangent A - r l^T/k of points with one pressure. Where none
+  !> is found in the allowed number of passes, all points receive a status.
   subroutine find_pressure(slot, weight, tangent, batch, pressure)
     !> The law of the points.
     type(law_slot_type), intent(in) :: slot
-    !> Start volumes V (n).
+    !> Initial volumes V (n).
     real(wp), intent(in) :: weight(:)
     !> tangent_none, tangent_consistent or tangent_elastic.
     integer, intent(in) :: tangent
-    !> In: F. Out: Fbar, results of the law, Q and condensed tangent.
+    !> F on entry; Fbar, results of the law, Q and condensed tangent on return.
     type(batch_type), intent(inout) :: batch
-    !> Work space with g in the place of g + h s, and s.
+    !> Work space with g stored in place of g + h s, and s.
     type(pressure_type), intent(inout) :: pressure
     logical :: sound, found
 
@@ -76,10 +74,10 @@ contains
     call condense(batch, pressure, tangent /= tangent_none)
   end subroutine find_pressure
 
-  !> h, c and dc/dF from F and the stresses at the start.
+  !> Computes h, c and dc/dF from F and the stresses at the start of the step.
   pure subroutine find_resistance(slot, weight, batch, pressure)
     type(law_slot_type), intent(in) :: slot
-    !> Start volumes V (n).
+    !> Initial volumes V (n).
     real(wp), intent(in) :: weight(:)
     type(batch_type), intent(in) :: batch
     type(pressure_type), intent(inout) :: pressure
@@ -113,7 +111,7 @@ contains
     pressure%resistance = pressure%resistance*pressure%left_share
   end subroutine find_resistance
 
-  !> Deviator of a tensor.
+  !> Returns the deviator of a tensor.
   pure function deviator_of(a) result(deviator)
     real(wp), intent(in) :: a(3, 3)
     real(wp) :: deviator(3, 3)
@@ -121,13 +119,13 @@ contains
     deviator = a - (a(1, 1) + a(2, 2) + a(3, 3))/3.0_wp*identity
   end function deviator_of
 
-  !> Q and, when asked for, r, l, k and A - r l^T/k of all points.
+  !> Computes Q and, if requested, r, l, k and A - r l^T/k of all points.
   pure subroutine condense(batch, pressure, with_tangent)
     !> The points.
     type(batch_type), intent(inout) :: batch
     !> Work space.
     type(pressure_type), intent(inout) :: pressure
-    !> A tangent is wanted.
+    !> A tangent is requested.
     logical, intent(in) :: with_tangent
     real(wp) :: m(size(pressure%gradient, 1)), h(size(pressure%gradient, 1)), s(size(pressure%gradient, 1))
     integer :: row(size(pressure%gradient, 1)), p, j, n

@@ -1,9 +1,9 @@
-!> Products of groups of many nodes in space: displacement gradients, internal forces and stiffness of the points of a
-!> group (qsmpm_group_stiffness has the equations). They are small for a library of dense matrices, which copies both
-!> factors and pads them. Here nodes are taken four at a time, a pair of four and four stays in registers over all
-!> points, and only half of a symmetric stiffness is formed.
+!> Products of groups with many nodes in space: displacement gradients, internal forces and stiffness of the points of a
+!> group (equations in qsmpm_group_stiffness). The matrices are small for a dense matrix library, which copies and pads
+!> both factors. Here nodes are processed four at a time, a pair of four and four stays in registers over all points,
+!> and only half of a symmetric stiffness is formed.
 !>
-!> This file is compiled for processors with AVX2 and FMA (CMakeLists.txt): ask has_avx2 before.
+!> This file is compiled for processors with AVX2 and FMA (CMakeLists.txt): call has_avx2 before use.
 module qsmpm_wide_kernels
   use, intrinsic :: iso_c_binding, only: c_int
   use qsmpm_kinds, only: wp
@@ -14,13 +14,13 @@ module qsmpm_wide_kernels
 
   !> Nodes of a block.
   integer, parameter :: width = 4
-  !> Components i and k of the pairs that are formed together: those with i = k, and the others in two threes, mirror
-  !> images (pair, three).
+  !> Components i and k of the pairs that are formed together: those with i = k, and the others in two groups of three
+  !> that are transposes of each other (pair, group).
   integer, parameter :: first_of(3, 3) = reshape([1, 2, 3, 1, 1, 2, 2, 3, 3], [3, 3])
   integer, parameter :: second_of(3, 3) = reshape([1, 2, 3, 2, 3, 3, 1, 1, 2], [3, 3])
 
   interface
-    !> Whether the processor has AVX2 and FMA, 0 or 1 (processor.c).
+    !> Returns whether the processor has AVX2 and FMA, 0 or 1 (processor.c).
     pure integer(c_int) function has_avx2() bind(c, name='qsmpm_has_avx2')
       import :: c_int
     end function has_avx2
@@ -28,14 +28,14 @@ module qsmpm_wide_kernels
 
 contains
 
-  !> Displacement gradients of points, u_ij = sum over nodes of u_ia N_a,j. The last block of nodes ends with the last
-  !> node; those that others have counted are zero in `u`.
+  !> Computes displacement gradients of points, u_ij = sum over nodes of u_ia N_a,j. The last block of nodes ends with
+  !> the last node; nodes already included in the block before are zero in `u`.
   pure subroutine find_tensors(n, quads, points, u, gradient, tensor)
-    !> Nodes, blocks of four of them, and points.
+    !> Numbers of nodes, of blocks of four nodes, and of points.
     integer, intent(in) :: n
     integer, intent(in) :: quads
     integer, intent(in) :: points
-    !> Displacement of the nodes, block by block.
+    !> Displacements of the nodes, stored by blocks.
     real(wp), intent(in) :: u(width, quads, 3)
     real(wp), intent(in) :: gradient(n, 3, points)
     real(wp), intent(out) :: tensor(3, 3, points)
@@ -70,7 +70,7 @@ contains
     end do
   end subroutine find_tensors
 
-  !> Add internal forces of points, f_ia = sum over points of t_ij N_a,j.
+  !> Adds internal forces of points, f_ia = sum over points of t_ij N_a,j.
   pure subroutine add_forces(n, points, tensor, gradient, force)
     integer, intent(in) :: n
     integer, intent(in) :: points
@@ -84,7 +84,7 @@ contains
 
     next = 1
     do while (next <= n)
-      ! The last block begins with nodes that others have: these are left to them.
+      ! The last block begins with nodes of the block before, which are not added again.
       first = min(next, n - width + 1)
       s1 = 0.0_wp
       s2 = 0.0_wp
@@ -110,19 +110,19 @@ contains
     end do
   end subroutine add_forces
 
-  !> Stiffness of some points, K_iakb = sum of V N_a,j A_ijkl N_b,l, stored in a block or added to it. Of a symmetric
-  !> one the pairs i < k are formed, and of i = k those at and below the diagonal.
+  !> Computes the stiffness of some points, K_iakb = sum of V N_a,j A_ijkl N_b,l, stored in a block or added to it. For
+  !> a symmetric one the pairs i < k are formed, and for i = k the entries at and below the diagonal.
   pure subroutine form_stiffness(n, quads, points, point, symmetric, add, weight, gradient, tangent, packed, scaled, &
     panel, block)
     integer, intent(in) :: n
     integer, intent(in) :: quads
-    !> How many, and which.
+    !> Number of selected points, and their numbers.
     integer, intent(in) :: points
     integer, intent(in) :: point(points)
     logical, intent(in) :: symmetric, add
-    !> Of all points of the group.
+    !> Values of all points of the group.
     real(wp), intent(in) :: weight(*), gradient(n, 3, *), tangent(3, 3, 3, 3, *)
-    !> Scratch: gradients block by block; V A_ijkl of three pairs (i,k) as (j, pair, l); their sums with N_a,j.
+    !> Work arrays: gradients by blocks; V A_ijkl of three pairs (i,k) as (j, pair, l); their sums with N_a,j.
     real(wp), intent(inout) :: packed(width, 3, points, quads), scaled(3, 3, 3, points), panel(width, 3, 3, points)
     real(wp), intent(inout) :: block(n, 3, 3, n)
     real(wp) :: value(width, width, 3)
@@ -143,7 +143,7 @@ contains
     end do
   end subroutine form_stiffness
 
-  !> Gradients block by block, filled with zeros.
+  !> Stores gradients by blocks, padded with zeros.
   pure subroutine pack_gradients(n, quads, points, point, gradient, packed)
     integer, intent(in) :: n, quads, points, point(points)
     real(wp), intent(in) :: gradient(n, 3, *)
@@ -165,7 +165,7 @@ contains
     end do
   end subroutine pack_gradients
 
-  !> V A_ijkl of three pairs (i,k), as (j, pair, l).
+  !> Computes V A_ijkl of three pairs (i,k), as (j, pair, l).
   pure subroutine scale_tangents(points, point, i, k, weight, tangent, scaled)
     integer, intent(in) :: points, point(points), i(3), k(3)
     real(wp), intent(in) :: weight(*), tangent(3, 3, 3, 3, *)
@@ -181,7 +181,7 @@ contains
     end do
   end subroutine scale_tangents
 
-  !> Sums over j for a block of nodes a.
+  !> Computes the sums over j for a block of nodes a.
   pure subroutine form_panel(points, packed, scaled, panel)
     integer, intent(in) :: points
     real(wp), intent(in) :: packed(width, 3, points), scaled(3, 3, 3, points)
@@ -198,8 +198,8 @@ contains
     end do
   end subroutine form_panel
 
-  !> A panel times a block of nodes b: sums over l and the points. One array a pair and node b, so that all of them stay
-  !> in registers.
+  !> Multiplies a panel by a block of nodes b: sums over l and the points. There is one array for each pair and node b,
+  !> so that all of them stay in registers.
   pure subroutine multiply(terms, panel, other, value)
     integer, intent(in) :: terms
     real(wp), intent(in) :: panel(width, 3, terms), other(width, terms)
@@ -248,11 +248,11 @@ contains
     value(:, 4, 3) = z4
   end subroutine multiply
 
-  !> Put three pairs (i,k) of a block of nodes a and one of nodes b, and their mirror images.
+  !> Stores three pairs (i,k) of a block of nodes a and one of nodes b, and their transposes.
   pure subroutine put_blocks(n, add, mirrored, a0, b0, i, k, value, block)
     integer, intent(in) :: n
     logical, intent(in) :: add, mirrored
-    !> Nodes before the blocks.
+    !> Numbers of nodes before the blocks.
     integer, intent(in) :: a0, b0
     integer, intent(in) :: i(3), k(3)
     real(wp), intent(in) :: value(width, width, 3)
@@ -280,7 +280,7 @@ contains
     end do
   end subroutine put_blocks
 
-  !> Put four numbers.
+  !> Stores or adds four numbers.
   pure subroutine put_four(add, value, to)
     logical, intent(in) :: add
     real(wp), intent(in) :: value(width)
@@ -293,7 +293,7 @@ contains
     end if
   end subroutine put_four
 
-  !> Put the first of four numbers.
+  !> Stores or adds the first of four numbers.
   pure subroutine put(count, add, value, to)
     integer, intent(in) :: count
     logical, intent(in) :: add

@@ -1,8 +1,8 @@
-!> The products of qsmpm_group_stiffness for groups in space that see more nodes than an element has: those of splines
-!> and of functions averaged over the domains of points.
+!> Products of qsmpm_group_stiffness for groups in space with more nodes than an element: those of splines and of
+!> functions averaged over the domains of points.
 !>
-!> They are formed in blocks of four nodes (qsmpm_wide_kernels). Of the points whose tangent is symmetric, which under a
-!> law that is not are those that stay elastic, half of the stiffness is formed.
+!> They are formed in blocks of four nodes (qsmpm_wide_kernels). For points with a symmetric tangent, which under a law
+!> with a nonsymmetric one are those that remain elastic, half of the stiffness is formed.
 module qsmpm_wide_products
   use qsmpm_kinds, only: wp
   use qsmpm_wide_kernels, only: width, has_avx2, find_tensors, add_forces, form_stiffness
@@ -11,23 +11,23 @@ module qsmpm_wide_products
 
   public :: wide_type, is_wide, allocate_wide, find_wide_gradients, add_wide_force, add_wide_stiffness
 
-  !> Most nodes of an element, and points of a slice, so that their gradients stay in the cache.
+  !> Largest number of nodes of an element, and points of a slice, so that their gradients stay in the cache.
   integer, parameter :: most_of_element = 20, most_points = 64
-  !> Differences of a tangent and its transpose, relative to the largest value of the diagonal, that are rounding.
+  !> Differences of a tangent and its transpose, relative to the largest diagonal value, up to which they are rounding.
   real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
 
   !> Work space; its arrays fit the largest group.
   type :: wide_type
-    !> Displacements of the nodes, component by component; what the stiffness is made of (qsmpm_wide_kernels).
+    !> Displacements of the nodes, component by component; work arrays of the stiffness (qsmpm_wide_kernels).
     real(wp), allocatable :: u(:), packed(:), scaled(:), panel(:)
-    !> Points of a run, those with a symmetric tangent behind the others.
+    !> Order of consecutive points, those with a symmetric tangent after the others.
     integer, allocatable :: order(:)
   end type wide_type
 
 contains
 
-  !> Whether a group is taken here: in space, with more nodes than an element, by a processor with wide registers; by
-  !> others the library is faster.
+  !> Returns whether a group is processed here: in space, with more nodes than an element, on a processor with AVX2; on
+  !> other processors the library is faster.
   pure logical function is_wide(dimension, n)
     !> 2 or 3, and the number of nodes.
     integer, intent(in) :: dimension
@@ -37,14 +37,14 @@ contains
     if (is_wide) is_wide = has_avx2() == 1
   end function is_wide
 
-  !> Room for groups of some size; what is there already stays.
+  !> Allocates the work space for groups of a given size; existing arrays are retained.
   pure subroutine allocate_wide(dimension, points, nodes, with_tangent, wide)
     !> 2 or 3.
     integer, intent(in) :: dimension
     !> Points and nodes of the largest groups.
     integer, intent(in) :: points
     integer, intent(in) :: nodes
-    !> Stiffness is wanted.
+    !> Stiffness is requested.
     logical, intent(in) :: with_tangent
     !> The work space.
     type(wide_type), intent(inout) :: wide
@@ -57,14 +57,14 @@ contains
     end associate
   end subroutine allocate_wide
 
-  !> Nodes, filled up to whole blocks.
+  !> Returns the number of nodes, rounded up to whole blocks.
   pure integer function padded(nodes)
     integer, intent(in) :: nodes
 
     padded = (nodes + width - 1)/width*width
   end function padded
 
-  !> Displacement gradients of points: tensor(3, 3, points).
+  !> Computes displacement gradients of points: tensor(3, 3, points).
   pure subroutine find_wide_gradients(n, points, u, gradient, wide, tensor)
     !> Number of nodes and of points.
     integer, intent(in) :: n
@@ -82,14 +82,14 @@ contains
     do i = 1, 3
       first = (i - 1)*padded(n)
       wide%u(first + 1:first + whole) = u(i, :whole)
-      ! The last block ends with the last node, and begins with nodes that others have.
+      ! The last block ends with the last node, and begins with nodes of the block before.
       wide%u(first + whole + 1:first + padded(n) - (n - whole)) = 0.0_wp
       wide%u(first + padded(n) - (n - whole) + 1:first + padded(n)) = u(i, whole + 1:)
     end do
     call find_tensors(n, padded(n)/width, points, wide%u, gradient, tensor)
   end subroutine find_wide_gradients
 
-  !> Internal forces of points.
+  !> Adds the internal forces of points.
   pure subroutine add_wide_force(n, points, weight, piola, gradient, tensor, force)
     !> Number of nodes and of points.
     integer, intent(in) :: n
@@ -97,7 +97,7 @@ contains
     !> V (points), and Q (9, points or more).
     real(wp), intent(in) :: weight(:), piola(:, :)
     real(wp), intent(in) :: gradient(*)
-    !> Scratch.
+    !> Work array.
     real(wp), intent(inout) :: tensor(9, points)
     !> (3, n)
     real(wp), intent(inout) :: force(3*n)
@@ -109,12 +109,12 @@ contains
     call add_forces(n, points, tensor, gradient, force)
   end subroutine add_wide_force
 
-  !> Stiffness of points, a slice of them at a time.
+  !> Adds the stiffness of points, a slice of them at a time.
   pure subroutine add_wide_stiffness(n, points, symmetric, first, weight, gradient, tangent, wide, block)
     !> Number of nodes and of points.
     integer, intent(in) :: n
     integer, intent(in) :: points
-    !> All tangents are symmetric; and there is nothing in the block yet.
+    !> All tangents are symmetric; the block is still empty.
     logical, intent(in) :: symmetric, first
     !> V.
     real(wp), intent(in) :: weight(*)
@@ -141,13 +141,13 @@ contains
     end do
   end subroutine add_wide_stiffness
 
-  !> Points with a symmetric tangent behind the others, each in their order.
+  !> Sorts the points with a symmetric tangent after the others, each in their order.
   pure subroutine sort_points(points, symmetric, tangent, order, others)
     integer, intent(in) :: points
-    !> All are.
+    !> All tangents are symmetric.
     logical, intent(in) :: symmetric
     real(wp), intent(in) :: tangent(9, 9, points)
-    !> Places of the points, and how many are not symmetric.
+    !> Order of the points, and number of those that are not symmetric.
     integer, intent(out) :: order(points)
     integer, intent(out) :: others
     integer :: q, last
@@ -172,7 +172,7 @@ contains
     end do
   end subroutine sort_points
 
-  !> Whether a tangent is symmetric but for rounding.
+  !> Returns whether a tangent is symmetric except for rounding.
   pure logical function is_symmetric(a)
     real(wp), intent(in) :: a(9, 9)
     real(wp) :: largest, difference

@@ -1,7 +1,7 @@
-!> Rigid bodies that are in place from the start (IN PLACE=YES): what is drawn of the soil inside of them is taken out
-!> before the first step. The outlines of the bodies of soil run along the rigid bodies then, as if they had been drawn
-!> so: cut cells hold what is left of them, and surfaces of type OUTLINE follow. Arcs are drawn by chords that leave
-!> them by a small share of a cell.
+!> Rigid bodies that are in place from the start (IN PLACE=YES): the part of the soil inside them is removed before the
+!> first step. The outlines of the soil bodies then follow the rigid bodies, as if they had been defined so: cut cells
+!> contain the remaining part, and surfaces of type OUTLINE follow. Arcs are approximated by chords whose deviation is a
+!> small share of a cell.
 module qsmpm_bodies_in_place
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -23,22 +23,22 @@ module qsmpm_bodies_in_place
 
   public :: has_bodies_in_place, take_out_bodies, drop_buried_surfaces
 
-  !> Cells by which chords may leave an arc; fewest chords of a circle.
+  !> Largest distance of chords from an arc, in cells; smallest number of chords of a circle.
   real(wp), parameter :: flat = 2.0e-3_wp
   integer, parameter :: fewest = 64
 
 contains
 
-  !> Whether any rigid body is in place from the start.
+  !> Returns whether any rigid body is in place from the start.
   pure logical function has_bodies_in_place(analysis) result(any_there)
     type(analysis_type), intent(in) :: analysis
 
     any_there = any(analysis%rigid_bodies%in_place)
   end function has_bodies_in_place
 
-  !> Take the rigid bodies out of the shapes of the bodies of soil.
+  !> Removes the rigid bodies from the shapes of the soil bodies.
   subroutine take_out_bodies(model, diagnostics)
-    !> Its shapes change; radii of corners that hang on the size of a cell are fixed, as this may change now.
+    !> Its shapes change; radii of corners that depend on the size of a cell are fixed, because this may change now.
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     type(placed_shape_type) :: placed
@@ -61,11 +61,11 @@ contains
     end do
   end subroutine take_out_bodies
 
-  !> Corners of a rigid body; of a plane those of a rectangle behind it that the mesh ends in.
+  !> Returns the corners of a rigid body; for a plane those of a rectangle behind it that contains the end of the mesh.
   function corners_of_hole(model, shape) result(corners)
     type(model_type), intent(in) :: model
     type(rigid_shape_type), intent(in) :: shape
-    !> Counter-clockwise (2,n).
+    !> Counter-clockwise order (2,n).
     real(wp), allocatable :: corners(:, :)
     real(wp) :: reach
     integer :: chords
@@ -80,7 +80,7 @@ contains
       corners(:, 1) - reach*shape%normal(:2)], [2, 4])
   end function corners_of_hole
 
-  !> Take a hole out of the shape of a body of soil.
+  !> Removes a hole from the shape of a soil body.
   subroutine cut_shape(model, b, corners, diagnostics)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: b
@@ -107,7 +107,7 @@ contains
     end associate
   end subroutine cut_shape
 
-  !> Leave out what of the surfaces lies inside of a body in place.
+  !> Removes the part of the surfaces inside a body in place.
   subroutine drop_buried_surfaces(model, diagnostics)
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics

@@ -1,9 +1,9 @@
 !> Loads on rigid bodies: the components in which a body is free, and forces and moment on it there.
 !>
-!> A component that a phase loads is free from then on; its load runs evenly over the phase from what it was, or from
-!> what the soil pushes where the body was held before, to the value of the card. It stays until another phase loads it
-!> otherwise or moves the body. A force acts in a place that rides on the body: with the arm r of it from the reference
-!> point as drawn and the angle a by which the body has turned its moment is
+!> A component that a phase loads is free from then on; its load varies linearly over the phase from its former value,
+!> or from the force of the soil where the body was fixed before, to the value of the keyword. It remains until another
+!> phase changes the load or moves the body. A force acts at a place that moves with the body: with its arm r from the
+!> reference point in the initial position and the angle a of rotation of the body its moment is
 !>
 !>   (R r) x F = A cos(a) - B sin(a),   A = r_x F_y - r_y F_x,   B = r_y F_y + r_x F_x
 !>
@@ -20,17 +20,17 @@ module qsmpm_body_loads
   public :: lay_body_loads, start_body_loads, free_components, load_on_body, moment_of, moment_by_angle
 
   character(len=*), parameter :: kept_name = 'body_loads'
-  !> Components: three axes, and turning about z.
+  !> Components: three axes, and rotation about z.
   integer, parameter, public :: body_components = 4, turning = 4
   !> Rows of a load: forces and moment, A and B of the forces along x, those of the forces along y.
   integer, parameter, public :: load_rows = 8
-  !> Rows of the array that is kept: whether free, load at the start of the phase, at its end.
+  !> Rows of the stored array: whether free, load at the start of the phase, load at its end.
   integer, parameter :: rows = body_components + 2*load_rows, start_row = body_components, &
     final_row = start_row + load_rows
 
 contains
 
-  !> Lay what is kept into the state: all are held.
+  !> Allocates the stored data in the state: all bodies are fixed.
   subroutine lay_body_loads(model)
     type(model_type), intent(inout) :: model
     real(wp) :: none(rows, size(model%analysis%rigid_bodies))
@@ -39,7 +39,7 @@ contains
     if (size(none, 2) > 0) call lay_array(model%state%kept, kept_name, none)
   end subroutine lay_body_loads
 
-  !> What is kept of a body.
+  !> Returns the stored data of a body.
   pure function kept_of(model, body) result(values)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -49,9 +49,9 @@ contains
     values = all_values(:, body)
   end function kept_of
 
-  !> Loads of the model's current phase, from those of the phase before as far as it went.
+  !> Sets the loads of the current phase of the model, starting from those that the previous phase has reached.
   subroutine start_body_loads(model)
-    !> Its load fraction is still that of the phase before.
+    !> Its load fraction is still that of the previous phase.
     type(model_type), intent(inout) :: model
     real(wp) :: values(rows, size(model%analysis%rigid_bodies))
     integer :: b
@@ -68,11 +68,11 @@ contains
     call keep_values(model%state%kept, kept_name, values)
   end subroutine start_body_loads
 
-  !> What *MOVE and *LOAD of the phase make of a body: the first takes it in hand, the second frees a component.
+  !> Applies *MOVE and *LOAD of the phase to a body: the first prescribes its motion, the second frees a component.
   pure subroutine take_cards(model, body, values)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
-    !> Kept of it.
+    !> Stored data of the body.
     real(wp), intent(inout) :: values(rows)
     real(wp) :: push(6)
     integer :: i
@@ -87,7 +87,7 @@ contains
       do i = 1, size(phase%moves)
         associate (move => phase%moves(i), c => phase%moves(i)%component)
           if (move%body /= name .or. .not. move%is_load) cycle
-          ! Forces have no arms yet where the moment is held.
+          ! The forces have no arms where the moment was constrained before.
           if (.not. values(c) > 0.0_wp) values(start_row + c) = -push(merge(6, c, c == turning))
           values(c) = 1.0_wp
           call take_load(move, model%rigid_shapes(body)%reference(:2), phase%load_factor, values(final_row + 1:))
@@ -96,10 +96,10 @@ contains
     end associate
   end subroutine take_cards
 
-  !> Load at the end of the phase by one card.
+  !> Sets the load at the end of the phase from one keyword.
   pure subroutine take_load(move, reference, factor, load)
     type(rigid_move_type), intent(in) :: move
-    !> Reference point of the body as drawn; load factor of the phase.
+    !> Reference point of the body in the initial position; load factor of the phase.
     real(wp), intent(in) :: reference(2), factor
     real(wp), intent(inout) :: load(load_rows)
     real(wp) :: arm(2)
@@ -110,7 +110,7 @@ contains
     if (move%component == 2) load(7:8) = load(2)*arm
   end subroutine take_load
 
-  !> Components in which a body is free.
+  !> Returns the components in which a body is free.
   pure function free_components(model, body) result(free)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -121,7 +121,7 @@ contains
     free = values(:body_components) > 0.0_wp
   end function free_components
 
-  !> Load on a body at a fraction of the phase; 0 in components in which it is held.
+  !> Returns the load on a body at a fraction of the phase; 0 in constrained components.
   pure function load_on_body(model, body, fraction) result(load)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -135,14 +135,14 @@ contains
     where (.not. values(:body_components) > 0.0_wp) load(:body_components) = 0.0_wp
   end function load_on_body
 
-  !> Moment of a load about z when the body has turned by an angle.
+  !> Returns the moment of a load about z after a rotation of the body by an angle.
   pure real(wp) function moment_of(load, angle)
     real(wp), intent(in) :: load(load_rows), angle
 
     moment_of = load(turning) + (load(5) + load(7))*cos(angle) - (load(6) + load(8))*sin(angle)
   end function moment_of
 
-  !> Its derivative.
+  !> Returns the derivative of the moment with respect to the angle.
   pure real(wp) function moment_by_angle(load, angle)
     real(wp), intent(in) :: load(load_rows), angle
 

@@ -1,16 +1,16 @@
-!> Contact points on rigid bodies (ON=BODY): places on the outline of a body that hold off the soil which flows around
-!> it. They ride on the body, and keep pressure and shear from step to step.
+!> Contact points on rigid bodies (ON=BODY): places on the outline of a body that exclude the soil flowing around it.
+!> They move with the body, and store pressure and shear from step to step.
 !>
-!> A place is in contact once soil touches it: once the box of a material point reaches it,
+!> A place is in contact once soil touches it, that is once the box of a material point reaches it,
 !>
 !>   phi(x_p) - sum |n_i| l_i <= 0,   l half lengths of the box,
 !>
-!> or as long as soil that has touched it has opened no more than a share of a cell since; the opening is the sum of
-!> what the steps open, and closes again. In the soil as drawn points are up to a spacing away from a body that cuts
-!> their pattern: twice the box counts there.
+!> and remains so as long as the opening since then is no more than a share of a cell; the opening is the sum of the
+!> openings of the steps, and may close again. In the initial geometry points are up to a spacing away from a body that
+!> cuts their pattern: twice the box is used there.
 !>
-!> Where a team shares the model all processes know all places, and which part of the grid each is in; what touches them
-!> is told by the own material points of each.
+!> Where a team shares the model all processes store all places, and the part of the grid in which each is; contact with
+!> soil is determined by the owned material points of each process.
 module qsmpm_body_points
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -34,39 +34,40 @@ module qsmpm_body_points
     touch_body_points, are_near
 
   character(len=*), parameter :: kept_name = 'body_points'
-  !> Rows of the array that is kept: whether in contact, opening, pressure, shear, slip.
+  !> Rows of the stored array: in contact, opening, pressure, shear, slip.
   integer, parameter :: rows = 9, touched_row = 1, opening_row = 2, pressure_row = 3, shear_row = 4, slip_row = 7
-  !> Length of a patch and number of places of a cell: patches shorter than a cell make the pressure wavy.
+  !> Length of a patch in cells, and number of places per patch: patches shorter than a cell cause oscillating
+  !> pressures.
   real(wp), parameter, public :: patch_cells = 1.5_wp
   integer, parameter :: places_of_patch = 12
-  !> Boxes by which soil as drawn reaches, and by which a point reaches along the outline.
+  !> Extent of the initial soil in boxes, and extent of a point along the outline in boxes.
   real(wp), parameter :: drawn_reach = 2.0_wp, sideways = 1.5_wp
-  !> Opening over the size of a cell from which soil is away.
+  !> Opening in cell sizes above which soil is not in contact.
   real(wp), parameter :: away = 0.5_wp
-  !> Share of the size of a cell by which a place may lie beyond the end of a grid.
+  !> Share of the size of a cell by which a place may be beyond the end of a grid.
   real(wp), parameter :: touching = 1.0e-7_wp
-  !> Share of a box by which a place may lie off it and touch it still: far above rounding, far below any gap.
+  !> Share of a box by which a place may be outside it and still be in contact: far above rounding, far below any gap.
   real(wp), parameter :: rounding = 1.0e-9_wp
 
-  !> The places of all outlines where they are, in the order in which they are kept.
+  !> The places of all outlines in their present position, in the order in which they are stored.
   type, extends(carried_type) :: body_points_type
     !> Contact pair and patch of each (count).
     integer, allocatable :: pair(:), patch(:)
     !> In contact, and in a cell of the mesh.
     logical, allocatable :: touched(:)
-    !> Size of the cell it is in, where in contact, and, where a team shares the model, the number of the cell that it
-    !> is in of the whole mesh (count).
+    !> Size of the cell of the place, if in contact, and, where a team shares the model, number of its cell in the whole
+    !> mesh (count).
     real(wp), allocatable :: cell_size(:)
     integer, allocatable :: home(:)
     !> Present area (per radian in axisymmetry), opening and pressure; shear on the soil (count), (3, count).
     real(wp), allocatable :: area(:), opening(:), pressure(:), shear(:, :)
-    !> How far the soil has slid along the body since they touched (3, count).
+    !> Slip of the soil along the body since contact began (3, count).
     real(wp), allocatable :: slip(:, :)
   end type body_points_type
 
 contains
 
-  !> Outlines of the bodies on which contact is asked for.
+  !> Creates the outlines of the bodies on which contact is imposed.
   subroutine make_body_outlines(model)
     type(model_type), intent(inout) :: model
     integer :: k
@@ -79,7 +80,8 @@ contains
     end do
   end subroutine make_body_outlines
 
-  !> Lay what is kept of the places into the state: in contact where soil is drawn against the body, without pressure.
+  !> Allocates the stored data of the places in the state: in contact where soil initially touches the body, without
+  !> pressure.
   subroutine lay_body_points(model)
     type(model_type), intent(inout) :: model
     real(wp) :: none(rows, sum(model%body_outlines%count))
@@ -90,10 +92,10 @@ contains
     call touch_body_points(model, model%rigid_shapes, drawn_reach)
   end subroutine lay_body_points
 
-  !> The places where they are, with what is kept of them.
+  !> Returns the places in their present position, with their stored data.
   subroutine present_body_points(model, bodies, points)
     type(model_type), intent(in) :: model
-    !> The bodies where they are (rigid bodies).
+    !> Bodies in their present position (rigid bodies).
     type(placed_shape_type), intent(in) :: bodies(:)
     type(body_points_type), intent(out) :: points
     real(wp) :: values(rows, sum(model%body_outlines%count)), x(3)
@@ -135,7 +137,7 @@ contains
     end if
   end subroutine present_body_points
 
-  !> Cells of the places in contact; beyond the mesh, or the axis, there is none.
+  !> Finds the cells of the places in contact; beyond the mesh or the axis there is none.
   subroutine find_cells(model, points)
     type(model_type), intent(in) :: model
     type(body_points_type), intent(inout) :: points
@@ -153,7 +155,7 @@ contains
     end do
   end subroutine find_cells
 
-  !> The same by the whole grid, of which this process looks at a part: there alone a place gets a cell.
+  !> Finds the cells in the whole grid, of which this process stores a part: only a place in this part receives a cell.
   subroutine find_shared_cells(model, points)
     type(model_type), intent(in) :: model
     type(body_points_type), intent(inout) :: points
@@ -184,7 +186,7 @@ contains
     end do
   end subroutine find_shared_cells
 
-  !> Which places are in cells of this process of a team or in so many rows around them.
+  !> Returns which places are in cells of this process of a team or in a number of rows around them.
   pure function are_near(model, points, rows) result(near)
     type(model_type), intent(in) :: model
     type(body_points_type), intent(in) :: points
@@ -194,7 +196,7 @@ contains
     near = model%part%owners%near(model%part%team%rank, rows, points%home)
   end function are_near
 
-  !> Keep opening, pressure and shear of the places; those that have opened by much part.
+  !> Stores opening, pressure and shear of the places; contact ends where the opening is large.
   subroutine keep_body_points(model, points)
     type(model_type), intent(inout) :: model
     type(body_points_type), intent(in) :: points
@@ -210,10 +212,10 @@ contains
     call keep_values(model%state%kept, kept_name, values)
   end subroutine keep_body_points
 
-  !> Bring places into contact that the box of a material point reaches: their opening is closed.
+  !> Marks places as in contact that the box of a material point reaches, and sets their opening to zero.
   subroutine touch_body_points(model, bodies, boxes)
     type(model_type), intent(inout) :: model
-    !> The bodies where they are (rigid bodies).
+    !> Bodies in their present position (rigid bodies).
     type(placed_shape_type), intent(in) :: bodies(:)
     !> Factor on the box; 1 when absent.
     real(wp), intent(in), optional :: boxes

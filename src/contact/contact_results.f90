@@ -1,15 +1,16 @@
-!> What contact comes to: soil inside of rigid bodies, the pressure at a place, and how far soil has slid along a body.
+!> Results of contact: soil inside rigid bodies, the pressure at a place, the slip of soil along a body, and gaps
+!> between a rigid body and the soil that presses on it (*CONTACT, ON=BODY).
 !>
-!> Soil that is missing between a rigid body and the soil that presses on it (*CONTACT, ON=BODY).
-!>
-!> Only what steps open is measured there, so the soil may drift from the body. How far the nearest material point is
-!> does not tell: where the flow parts before a body points spread along it and none comes near. The volume tells,
+!> With contact points on a body only the openings of the steps are measured, so that soil may drift away from the body.
+!> The distance of the nearest material point does not show this: where the flow divides in front of a body points
+!> spread along it and none comes close. It is shown by the volume,
 !>
 !>   gap of a patch = D (1 - sum V_p/S),   S = sum L_i (D + curvature_i D^2/2)
 !>
-!> with the points whose nearest contact point is one of the patch, no farther than D from the body, and the sector S of
-!> that depth before the patch. A patch beside places that nothing touches is left out: the soil ends in its sector. So
-!> is one in cells wider than those that patches are made for: few points are in its sector.
+!> with the points whose nearest contact point is in the patch, at a distance of at most D from the body, and the sector
+!> S of that depth in front of the patch. A patch next to places without contact is omitted, because the soil ends in
+!> its sector, and so is one in cells wider than those for which patches are defined, because few points are in its
+!> sector.
 module qsmpm_contact_results
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: lowest_rank
@@ -28,32 +29,32 @@ module qsmpm_contact_results
   public :: penetration_type, deepest_of_all, deepest_point, deepest_in, contact_pressure_at, contact_slip_on, &
     widest_gap
 
-  !> Half of the width of the hat of a mean pressure over the length of a patch.
+  !> Half width of the weight function of a mean pressure, relative to the length of a patch.
   real(wp), parameter :: hat = 0.7_wp
 
-  !> Soil that a step brings inside of rigid bodies, and soil that presses from afar (qsmpm_contact_results).
+  !> Soil that a step leaves inside rigid bodies, and soil that presses over a gap.
   type :: penetration_type
-    !> Body, depth and place of the deepest material point; 0 where none is inside.
+    !> Body, depth and position of the deepest material point; 0 where none is inside.
     integer :: body = 0
     real(wp) :: depth = 0.0_wp, deepest(3) = 0.0_wp
-    !> Body, place and width of the widest gap before a patch that carries a pressure; 0 where none does.
+    !> Body, place and width of the widest gap in front of a patch with a pressure; 0 where there is none.
     integer :: pressed = 0
     real(wp) :: place(2) = 0.0_wp, gap = 0.0_wp
   end type penetration_type
 
   !> D over the size of a cell.
   real(wp), parameter :: depth_cells = 1.5_wp
-  !> Size of a cell over the smallest from which it is too wide for a patch.
+  !> Ratio of the size of a cell to the smallest one above which it is too wide for a patch.
   real(wp), parameter :: wide = 1.2_wp
 
 contains
 
-  !> The material point that is deepest inside of a rigid body that something may touch.
+  !> Finds the material point that is deepest inside a rigid body with a contact pair.
   pure subroutine deepest_point(model, bodies, body, point, depth)
     type(model_type), intent(in) :: model
-    !> The bodies where they are (rigid bodies).
+    !> Bodies in their present position (rigid bodies).
     type(placed_shape_type), intent(in) :: bodies(:)
-    !> 0 where no point is inside of any.
+    !> 0 where no point is inside a body.
     integer, intent(out) :: body, point
     real(wp), intent(out) :: depth
     real(wp) :: here
@@ -72,10 +73,10 @@ contains
     end do
   end subroutine deepest_point
 
-  !> The material point that is deepest inside of a body.
+  !> Finds the material point that is deepest inside a body.
   pure subroutine deepest_in(model, body, point, depth)
     type(model_type), intent(in) :: model
-    !> Where it is.
+    !> Body in its present position.
     type(placed_shape_type), intent(in) :: body
     !> 0 where none is inside.
     integer, intent(out) :: point
@@ -93,10 +94,10 @@ contains
     end do
   end subroutine deepest_in
 
-  !> The deepest point of all processes of a team.
+  !> Finds the deepest point of all processes of a team.
   subroutine deepest_of_all(team, found)
     type(team_type), intent(in) :: team
-    !> Of this process; the gap stays.
+    !> Result of this process on entry; the gap is not changed.
     type(penetration_type), intent(inout) :: found
     integer(long) :: body(1)
     integer :: rank
@@ -109,7 +110,7 @@ contains
     found%body = int(body(1))
   end subroutine deepest_of_all
 
-  !> Largest or mean slip of what presses on a body.
+  !> Returns the largest or mean slip of the soil that presses on a body.
   real(wp) function contact_slip_on(model, body, mean) result(slip)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -132,7 +133,7 @@ contains
         end do
       end do
       call present_body_points(model, placed_bodies(model), on_bodies)
-      ! All processes know the contact points on bodies; the first one counts them.
+      ! All processes store the contact points on bodies; the first one counts them.
       do i = 1, merge(on_bodies%count, 0, model%part%team%rank == 0)
         if (pairs(on_bodies%pair(i))%body == body .and. on_bodies%pressure(i) > 0.0_wp) &
           call add(norm2(on_bodies%slip(:, i)), on_bodies%area(i))
@@ -143,7 +144,7 @@ contains
 
   contains
 
-    !> Count one point.
+    !> Adds one point.
     subroutine add(slid, extent)
       real(wp), intent(in) :: slid, extent
 
@@ -153,12 +154,13 @@ contains
     end subroutine add
   end function contact_slip_on
 
-  !> Contact pressure around a place of the configuration as drawn: a mean of what the surface or body carries whose
-  !> point is nearest, 0 where there is none. A patch has one pressure; points weigh by what they stand for and by a hat
-  !> over seven tenths of a patch to either side, so that the mean goes from patch to patch as a line between their
-  !> middles does. The hat is one in the plane of x and y times one along z, so that a scene in space that does not
-  !> depend on z reads what its plane does. Places of a body that no soil touches are left out: some are beyond a plane
-  !> of symmetry. With a condition at every point it is the pressure of the nearest.
+  !> Returns the contact pressure around a place of the initial configuration: a mean over the surface or body with the
+  !> nearest point, 0 where there is none. A patch has one pressure; points are weighted by their length or area and by
+  !> a hat function over seven tenths of a patch to either side, so that the mean varies from patch to patch like linear
+  !> interpolation between their centres. The hat function is the product of one in the x-y plane and one along z, so
+  !> that a three-dimensional model that does not depend on z gives the result of its plane model. Places of a body
+  !> without contact are omitted, because some are beyond a plane of symmetry. With a condition at every point the
+  !> result is the pressure of the nearest point.
   real(wp) function contact_pressure_at(model, place) result(pressure)
     type(model_type), intent(in) :: model
     real(wp), intent(in) :: place(:)
@@ -199,10 +201,10 @@ contains
 
   contains
 
-    !> Add the pressure of a point, and that of the nearest one anyhow.
+    !> Adds the pressure of a point; the nearest one is always included.
     subroutine add(at, extent, value)
       real(wp), intent(in) :: at(:)
-      !> Length as drawn, in space area.
+      !> Initial length, in space area.
       real(wp), intent(in) :: extent, value
       real(wp) :: weight
 
@@ -215,14 +217,14 @@ contains
     end subroutine add
   end function contact_pressure_at
 
-  !> The widest gap before a patch that carries a pressure.
+  !> Finds the widest gap in front of a patch with a pressure.
   subroutine widest_gap(model, bodies, body, place, width)
     type(model_type), intent(in) :: model
-    !> The bodies where they are (rigid bodies).
+    !> Bodies in their present position (rigid bodies).
     type(placed_shape_type), intent(in) :: bodies(:)
-    !> 0 where no patch carries a pressure.
+    !> 0 where no patch has a pressure.
     integer, intent(out) :: body
-    !> Middle of the patch.
+    !> Centre of the patch.
     real(wp), intent(out) :: place(2), width
     type(body_points_type) :: on_bodies
     real(wp), allocatable :: sector(:), soil(:)
@@ -248,7 +250,8 @@ contains
     end do
   end subroutine widest_gap
 
-  !> Sector before each patch of a contact that carries a pressure, and the soil in it; whether it is to be left out.
+  !> Computes the sector in front of each patch of a contact with a pressure, the volume of soil in it, and whether it
+  !> is omitted.
   subroutine measure_sectors(model, body, pair, on_bodies, sector, soil, open)
     type(model_type), intent(in) :: model
     type(placed_shape_type), intent(in) :: body
@@ -294,7 +297,7 @@ contains
     soil = total(model%part%team, soil)
   end subroutine measure_sectors
 
-  !> Middle of a patch.
+  !> Returns the centre of a patch.
   pure function middle_of(on_bodies, pair, patch) result(middle)
     type(body_points_type), intent(in) :: on_bodies
     integer, intent(in) :: pair, patch
@@ -308,13 +311,13 @@ contains
     end do
   end function middle_of
 
-  !> The contact whose point, as drawn, is nearest to a place, of all processes.
+  !> Finds the contact whose point, in the initial configuration, is nearest to a place, of all processes.
   subroutine find_nearest(model, on_bodies, place, own, pair, distance)
     type(model_type), intent(in) :: model
     !> Contact points on the bodies.
     type(body_points_type), intent(in) :: on_bodies
     real(wp), intent(in) :: place(:)
-    !> Own surface points (surface points).
+    !> Owned surface points (surface points).
     logical, intent(in) :: own(:)
     !> 0 for none.
     integer, intent(out) :: pair

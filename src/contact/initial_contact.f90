@@ -1,10 +1,10 @@
-!> Contact in a phase that starts from initial stresses: where soil touches a rigid body the body carries what the
-!> stress there asks for, so that ground at rest beside a wall is in equilibrium from the start.
+!> Contact in a phase with initial stresses: where soil touches a rigid body the contact tractions are set to those of
+!> the stress there, so that soil at rest next to a wall is in equilibrium from the start.
 !>
 !>   p = -n . sigma n,   t = -(1 - n n') sigma n
 !>
-!> with the normal n of the body, which looks at the soil. K0 stresses are those of the surface point itself, others
-!> those of the nearest material point.
+!> with the normal n of the body, which points to the soil. K0 stresses are evaluated at the surface point, other
+!> stresses at the nearest material point.
 module qsmpm_initial_contact
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: initial_stress_type, initial_k0
@@ -21,15 +21,15 @@ module qsmpm_initial_contact
 
   public :: press_on_bodies
 
-  !> Distance over the size of a cell within which soil touches a body.
+  !> Distance in cell sizes up to which soil touches a body.
   real(wp), parameter :: touching = 1.0e-3_wp
 
 contains
 
-  !> Pressure and shear of the points that touch a body.
+  !> Sets pressure and shear of the points that touch a body.
   subroutine press_on_bodies(model, initial)
     type(model_type), intent(inout) :: model
-    !> Of the phase; the material points have its stresses.
+    !> Initial stresses of the phase, already set at the material points.
     type(initial_stress_type), intent(in) :: initial
     type(placed_shape_type), allocatable :: bodies(:)
     integer :: k
@@ -41,7 +41,8 @@ contains
     call press_outlines(model, initial, bodies)
   end subroutine press_on_bodies
 
-  !> Points of a surface that touch a body; a contact on the body itself has surface 0, of which there are none.
+  !> Sets the tractions of the points of a surface that touch a body; contact on the body itself has surface 0, which
+  !> has no points.
   subroutine press_surface(model, initial, surface, body)
     type(model_type), intent(inout) :: model
     type(initial_stress_type), intent(in) :: initial
@@ -62,7 +63,7 @@ contains
     end do
   end subroutine press_surface
 
-  !> Contact points on bodies that soil touches.
+  !> Sets the tractions of contact points on bodies that soil touches.
   subroutine press_outlines(model, initial, bodies)
     type(model_type), intent(inout) :: model
     type(initial_stress_type), intent(in) :: initial
@@ -81,7 +82,7 @@ contains
     call keep_body_points(model, places)
   end subroutine press_outlines
 
-  !> Stress of the phase at a place.
+  !> Returns the initial stress of the phase at a place.
   function stress_at(model, initial, x) result(stress)
     type(model_type), intent(in) :: model
     type(initial_stress_type), intent(in) :: initial
@@ -98,9 +99,9 @@ contains
     stress = there(:, 1)
   end function stress_at
 
-  !> Tractions of one point; none where the stress pulls.
+  !> Computes the tractions of one point; zero where the stress is tensile.
   pure subroutine press(normal, stress, pressure, shear)
-    !> Of the body (3); of the soil (4 or 6).
+    !> Normal of the body (3); stress of the soil (4 or 6).
     real(wp), intent(in) :: normal(3), stress(:)
     real(wp), intent(out) :: pressure, shear(3)
     real(wp) :: tensor(3, 3), traction(3)

@@ -1,16 +1,16 @@
-!> Rigid bodies of a model: their shapes from the deck, which surfaces may touch which of them, and what is kept of them
-!> from step to step: pose, and force and moment of the soil on them.
+!> Rigid bodies of a model: their shapes from the deck, the surfaces that may be in contact with each of them, and the
+!> data stored from step to step: pose, and force and moment of the soil on them.
 !>
-!> The moment is about the reference point where it is at present: the centre of a circle or box, the tip of a cone, the
-!> point given of a plane, the centroid of a polygon, the middle of a cylinder's base. In axisymmetry forces are per
+!> The moment is about the present position of the reference point: the centre of a circle or box, the tip of a cone,
+!> the given point of a plane, the centroid of a polygon, the centre of a cylinder's base. In axisymmetry forces are per
 !> radian, as reactions are.
 !>
-!> Strength of an interface as a share of that of the soil which touches it (*CONTACT, INTERFACE=R), as PLAXIS has it:
+!> Strength of an interface as a share of that of the adjacent soil (*CONTACT, INTERFACE=R), as in PLAXIS:
 !>
-!>   tan(delta) = R tan(phi),   a = R c,   a = R s_u of soil whose strength is that by place
+!>   tan(delta) = R tan(phi),   a = R c,   a = R s_u of soil whose strength is a function of position
 !>
-!> of the material of the nearest material point; a profile is asked where that point was at the start, as its law does.
-!> Strength that falls with strain does not fall here.
+!> for the material of the nearest material point; a profile is evaluated at the initial position of that point, as by
+!> its law. Softening of the soil does not reduce the strength of the interface.
 module qsmpm_rigid_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -40,25 +40,25 @@ module qsmpm_rigid_bodies
     motion_in_phase, interface_strength, check_interfaces
 
   character(len=*), parameter :: kept_name = 'rigid_bodies'
-  !> Rows of the array that is kept: displacement, rotation, force and moment.
+  !> Rows of the stored array: displacement, rotation, force and moment.
   integer, parameter :: rows = 12, rotation_row = 4, force_row = 7
-  !> Radius of corners where the card gives none, over the size of a cell.
+  !> Default radius of corners in cell sizes.
   real(wp), parameter :: usual_round = 0.25_wp
-  !> Share of the largest radius that corners may have.
+  !> Largest radius of corners relative to the geometric maximum.
   real(wp), parameter :: most_of_edge = 0.99_wp
-  !> Cells by which soil may be drawn inside of a body: the chords of a polygon that is drawn along a circle.
+  !> Depth in cells by which soil may initially be inside a body: that of the chords of a polygon along a circle.
   real(wp), parameter, public :: drawn_within = 1.0e-2_wp
-  !> The same where the soil was taken out along the body: the middle of a thin piece along an arc lies inside of it.
+  !> The same where the soil was removed along the body: the centre of a thin piece along an arc is inside it.
   real(wp), parameter :: left_within = 5.0e-2_wp
-  !> Cells within which a surface touches as drawn; share of it beside round corners that is warned of, and that is
-  !> worth a word where the surface adheres.
+  !> Distance in cells up to which a surface is initially in contact; share of it next to rounded corners above which a
+  !> warning is printed, and a note where the surface adheres.
   real(wp), parameter :: touching = 1.0e-3_wp, much_beside = 0.1_wp, some_beside = 0.03_wp
 
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
 contains
 
-  !> Shapes of all bodies, and the pairs that may touch; the deck has checked the names.
+  !> Creates the shapes of all bodies, and the pairs that may be in contact; the names have been checked with the deck.
   subroutine make_rigid_bodies(model, diagnostics)
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -83,7 +83,7 @@ contains
     call check_interfaces(model, diagnostics)
   end subroutine make_rigid_bodies
 
-  !> No soil is inside of a body as drawn.
+  !> Checks that no soil is initially inside a body.
   subroutine check_overlap(model, diagnostics)
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -110,7 +110,7 @@ contains
     end do
   end subroutine check_overlap
 
-  !> Warn where much of a surface that is drawn along a body lies beside its round corners, which do not touch it.
+  !> Warns where a large part of a surface defined along a body is next to its rounded corners, which it does not touch.
   subroutine tell_round_corners(model)
     type(model_type), intent(inout) :: model
     type(rigid_body_type) :: body
@@ -148,7 +148,7 @@ contains
     end do
   end subroutine tell_round_corners
 
-  !> Shape and reference point of one body.
+  !> Creates shape and reference point of one body.
   subroutine make_shape(body, kind_of_model, cell_size, shape, reference, diagnostics)
     type(rigid_body_type), intent(in) :: body
     !> plane_strain, axisymmetric or three_dimensional.
@@ -197,7 +197,7 @@ contains
     end if
   end subroutine make_shape
 
-  !> A box in space, turned about its middle.
+  !> Creates a box in space, rotated about its centre.
   subroutine make_block(body, cell_size, shape, reference, diagnostics)
     type(rigid_body_type), intent(in) :: body
     real(wp), intent(in) :: cell_size
@@ -213,18 +213,18 @@ contains
     shape = rounded_block(body%box(:, 1), body%box(:, 2), body%rotation*degree, round)
   end subroutine make_block
 
-  !> Radius of the corners of a body.
+  !> Returns the radius of the corners of a body.
   pure real(wp) function round_of(body, cell_size, largest) result(round)
     type(rigid_body_type), intent(in) :: body
     real(wp), intent(in) :: cell_size
-    !> That at which an edge is used up.
+    !> Radius at which an edge has zero length.
     real(wp), intent(in) :: largest
 
     round = body%round
     if (round < 0.0_wp) round = min(usual_round*cell_size, 0.5_wp*largest)
   end function round_of
 
-  !> Say that corners are too round.
+  !> Reports that the radius of corners is too large.
   subroutine refuse_round(body, round, largest, diagnostics)
     type(rigid_body_type), intent(in) :: body
     real(wp), intent(in) :: round, largest
@@ -234,7 +234,7 @@ contains
       "' cannot be as round as ROUND="//real_text(round)//': its edges allow '//rounded_text(most_of_edge*largest))
   end subroutine refuse_round
 
-  !> Lay what is kept of the bodies into the state: none has moved.
+  !> Allocates the stored data of the bodies in the state: none has moved.
   subroutine lay_rigid_bodies(model)
     type(model_type), intent(inout) :: model
     real(wp) :: none(rows, size(model%analysis%rigid_bodies))
@@ -244,7 +244,7 @@ contains
     call lay_body_points(model)
   end subroutine lay_rigid_bodies
 
-  !> Present pose of a body.
+  !> Returns the present pose of a body.
   pure type(rigid_pose_type) function pose_of(model, body) result(pose)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -254,7 +254,7 @@ contains
     pose = rigid_pose_type(values(:3, body), values(rotation_row:force_row - 1, body))
   end function pose_of
 
-  !> The bodies where they are.
+  !> Returns the bodies in their present position.
   pure function placed_bodies(model) result(bodies)
     type(model_type), intent(in) :: model
     type(placed_shape_type), allocatable :: bodies(:)
@@ -266,7 +266,7 @@ contains
     end do
   end function placed_bodies
 
-  !> Force and moment of the soil on a body.
+  !> Returns force and moment of the soil on a body.
   pure function force_on_body(model, body) result(force)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -276,12 +276,12 @@ contains
     force = values(force_row:, body)
   end function force_on_body
 
-  !> Keep pose, force and moment of a body.
+  !> Stores pose, force and moment of a body.
   pure subroutine keep_rigid_body(model, body, pose, force)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: body
     type(rigid_pose_type), intent(in) :: pose
-    !> Force and moment on it.
+    !> Force and moment of the soil on the body.
     real(wp), intent(in) :: force(6)
     real(wp) :: values(rows, size(model%analysis%rigid_bodies))
 
@@ -290,7 +290,7 @@ contains
     call keep_values(model%state%kept, kept_name, values)
   end subroutine keep_rigid_body
 
-  !> How a body moves in the whole of the present phase.
+  !> Returns the motion of a body in the whole present phase.
   pure type(rigid_pose_type) function motion_in_phase(model, body) result(motion)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -306,12 +306,12 @@ contains
     end associate
   end function motion_in_phase
 
-  !> Tangent of the angle of friction, and adhesion, of an interface at a place.
+  !> Returns tangent of the angle of friction, and adhesion, of an interface at a place.
   pure function interface_strength(model, share, x) result(strength)
     type(model_type), intent(in) :: model
     !> R.
     real(wp), intent(in) :: share
-    !> Present place (dimension).
+    !> Present position (dimension).
     real(wp), intent(in) :: x(:)
     real(wp) :: strength(2), place(3)
     integer :: p
@@ -326,7 +326,7 @@ contains
     end associate
   end function interface_strength
 
-  !> An interface by a share wants soil whose strength is known: c and phi of *MOHR COULOMB.
+  !> Checks that the strength of soil next to an interface with INTERFACE is known: c and phi of *MOHR COULOMB.
   subroutine check_interfaces(model, diagnostics)
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -339,7 +339,7 @@ contains
           if (.not. has_strength(material)) call add_diagnostic(diagnostics, where, '*CONTACT', 'INTERFACE takes a '// &
             "share of c and phi of *MOHR COULOMB, which material '"//material%name//"' does not have: give "// &
             'FRICTION ANGLE and ADHESION')
-          ! Contact carries the total stress of undrained soil.
+          ! Contact is formulated in total stresses of undrained soil.
           if (material%undrained%given .and. material%friction_angle > 0.0_wp) call add_diagnostic(diagnostics, where, &
             '*CONTACT', "INTERFACE requires s_u of undrained material '"//material%name//"', which is a result "// &
             "with a "// &
@@ -349,7 +349,7 @@ contains
     end do
   end subroutine check_interfaces
 
-  !> Whether a material is one of Mohr and Coulomb.
+  !> Returns whether a material has the Mohr-Coulomb strength.
   pure logical function has_strength(material)
     type(material_type), intent(in) :: material
 

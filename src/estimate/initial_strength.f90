@@ -1,8 +1,8 @@
-!> Whether the stresses that a phase starts from are ones that the materials can carry.
+!> Check of whether the initial stresses of a phase are within the strength of the materials.
 !>
-!> *INITIAL, TYPE=K0 writes stresses without asking the laws. One beyond the strength is returned to it by the first
-!> step, which moves the soil before any load is there. A point that does not deform shows it: its law is asked for
-!> a step with F = 1, and a stress that changes was not one of the material's. Models of the user's are not asked.
+!> *INITIAL, TYPE=K0 sets stresses without evaluating the laws. A stress beyond the strength is returned to it by the
+!> first step, which moves the soil before any load acts. This is detected at points without deformation: the law is
+!> evaluated for a step with F = 1, and a stress that changes was not admissible. User-defined models are not checked.
 module qsmpm_initial_strength
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: batch_type, tangent_none, status_ok
@@ -15,12 +15,12 @@ module qsmpm_initial_strength
 
   public :: count_beyond_strength
 
-  !> Change of a stress that is put down to round-off.
+  !> Relative change of a stress that is attributed to round-off.
   real(wp), parameter :: round_off = 1.0e-6_wp
 
 contains
 
-  !> Own material points of each material whose stress changes though they do not move.
+  !> Returns the number of owned material points of each material whose stress changes without deformation.
   function count_beyond_strength(model) result(beyond)
     !> The model at the start of a phase.
     type(model_type), intent(in) :: model
@@ -37,7 +37,7 @@ contains
         call prepare_point(law, batch)
         call pack_gradient(identity, batch%gradient(:, 1))
         batch%volume_ratio = 1.0_wp
-        ! Soil that creeps does so in no time.
+        ! Creep takes place in zero time.
         batch%step_info%phase_time = 0.0_wp
         do p = 1, points%count
           if (points%material(p) /= m .or. .not. own(p)) cycle

@@ -1,21 +1,21 @@
-!> How far the stresses of a state can be trusted, estimated from the state alone.
+!> A posteriori estimate of the accuracy of the stresses of a state, from the state only.
 !>
 !>   scatter    e_p = |sigma_p - sigma*(x_p)| / s(x_p)
 !>   mean       sum V s**2 e**(3/2) / sum V s**2 e**(1/2)
 !>   mismatch   t_i = |sigma*(x_i) n_i - t| / max(|t|, s(x_i)), its mean that of the surface where it is largest
 !>   jump       half of that of sigma* m across an interface of materials (qsmpm_traction_jump), where above the scatter
-!>   reactions  |sum a_i sigma*(x_i) n_i - R| / max(|R|, sum a_i s(x_i)), of the held surface where it is largest
+!>   reactions  |sum a_i sigma*(x_i) n_i - R| / max(|R|, sum a_i s(x_i)), of the supported surface where it is largest
 !>
-!> sigma* is the smooth stress of qsmpm_smooth_stress and s the stress of the neighbourhood, nowhere less than a
-!> hundredth of the largest there is. Scatter is what the points of neighbouring cells do not agree on: cell crossing,
-!> cells cut by the outline, bands narrower than a cell. Its mean is weighted by where the error is: material around it
-!> whose stress is right changes nothing, however much of it there is. A stress that is off everywhere alike scatters
-!> nowhere, but it does not meet the traction at a loaded surface: that is the second measure; nor the reaction R of a
-!> surface that a support holds, by its resultant, since springs share it unevenly: the third. Limits beyond which a run
-!> warns, why the weights are these, and figures against true errors: docs/methods/stress_error.md.
+!> sigma* is the smooth stress of qsmpm_smooth_stress and s the stress of the neighbourhood, with a lower bound of a
+!> hundredth of the largest stress. Scatter is the disagreement between points of neighbouring cells: cell crossing,
+!> cells cut by the outline, shear bands narrower than a cell. Its mean is weighted by the error, so that it does not
+!> depend on the volume of surrounding material with accurate stress. A stress with a uniform error has no scatter, but
+!> is not in equilibrium with the traction at a loaded surface: this is the second measure; the third is the reaction R
+!> of a supported surface, as a resultant, because springs share it unevenly. Limits above which a run warns, the choice
+!> of the weights, and comparisons with true errors: docs/methods/stress_error.md.
 !>
-!> Where the model is divided each process looks at its own points, beside the copies around them, and what is said of
-!> the whole is reduced.
+!> Where the model is divided each process evaluates its own points, with the copies around them, and results for the
+!> whole model are reduced.
 module qsmpm_stress_error
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
@@ -38,46 +38,46 @@ module qsmpm_stress_error
 
   public :: stress_error_type, estimate_stress_error
 
-  !> Surface points of less area than this share of the root mean square of all have no direction of their own:
+  !> Ratio of the area of a surface point to the root mean square of all below which its direction is not reliable:
   !> slivers that the grid cuts off an outline.
   real(wp), parameter :: least_area = 1.0e-3_wp
-  !> Stress of a neighbourhood below this share of the largest one: errors there are shares of that.
+  !> Lower bound of the stress of a neighbourhood, relative to the largest one.
   real(wp), parameter :: least_level = 1.0e-2_wp
 
-  !> Surfaces whose normals have this cosine or more look the same way.
+  !> Cosine between normals above which surfaces have the same direction.
   real(wp), parameter :: alike = 0.9_wp
 
-  !> Part of the jump of the traction across an interface that either side has.
+  !> Share of the jump of the traction across an interface that is assigned to either side.
   real(wp), parameter :: part = 0.5_wp
 
-  !> The error of a state.
+  !> Estimated error of a state.
   type :: stress_error_type
-    !> Scatter of each material point, and the stress it is relative to (points).
+    !> Scatter of each material point, and its reference stress (points).
     real(wp), allocatable :: at_point(:), scale(:)
-    !> Mean, largest, and the point that has it (0: there is no stress; its number where the model is divided), with
-    !> where it is and the stress around it.
+    !> Mean and largest scatter, and the point with the largest one (0: there is no stress; its label where the model is
+    !> divided), with its place and the stress around it.
     real(wp) :: mean = 0.0_wp, largest = 0.0_wp
     integer :: worst_point = 0
     real(wp) :: worst_place(3) = 0.0_wp, worst_scale = 0.0_wp
-    !> Mismatch of stress and traction: largest mean over the area of a loaded surface, and that surface; largest at a
-    !> point, and that surface point (0: none is loaded; its number where the model is divided), with where it is.
+    !> Mismatch of stress and traction: largest mean over the area of a loaded surface, and that surface; largest value
+    !> at a point, and that surface point (0: none is loaded; its label where the model is divided), with its place.
     real(wp) :: surface_mean = 0.0_wp, surface_largest = 0.0_wp
     integer :: worst_surface = 0, worst_surface_point = 0
     real(wp) :: surface_place(3) = 0.0_wp
-    !> Largest mismatch of stress and reaction on a held surface, and that surface (0: none is held).
+    !> Largest mismatch of stress and reaction on a supported surface, and that surface (0: none is supported).
     real(wp) :: reaction = 0.0_wp
     integer :: worst_held = 0
   end type stress_error_type
 
-  !> Resultants on held surfaces: of the smooth stress, of loads and reactions (dimension, surfaces); the stress around
-  !> them times the area (surfaces).
+  !> Resultants on supported surfaces: of the smooth stress, of loads and reactions (dimension, surfaces); the stress
+  !> around them times the area (surfaces).
   type :: resultants_type
     real(wp), allocatable :: stress(:, :), given(:, :), level(:)
   end type resultants_type
 
 contains
 
-  !> Estimate the error of the stresses as they are.
+  !> Estimates the error of the present stresses.
   subroutine estimate_stress_error(model, estimate)
     type(model_type), intent(in) :: model
     type(stress_error_type), intent(out) :: estimate
@@ -106,7 +106,7 @@ contains
         if (.not. any(points%material == m)) cycle
         call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, m, degree_of(model), fields(m))
         call compare_points(model, fields(m), estimate)
-        ! Of ground that consolidates water carries a part of the traction, all of it at first.
+        ! In consolidating soil the water supports a part of the traction, initially all of it.
         if (.not. has_consolidation(model%analysis%phases)) &
           call compare_surfaces(model, fields(m), neighbour, least, estimate, mismatch, covered)
         call add_resultants(model, fields(m), neighbour, held)
@@ -123,7 +123,7 @@ contains
     end associate
   end subroutine estimate_stress_error
 
-  !> Degree of the displacement, one above that of its stress.
+  !> Returns the degree of the displacement, one above that of its stress.
   pure integer function degree_of(model)
     type(model_type), intent(in) :: model
 
@@ -131,10 +131,10 @@ contains
     if (model%space%tensor) degree_of = model%space%degree
   end function degree_of
 
-  !> Shares of the stress around each point, their mean and the largest.
+  !> Computes the ratios to the stress around each point, their mean and the largest one.
   subroutine sum_up(model, estimate)
     type(model_type), intent(in) :: model
-    !> The estimate: at_point still is an absolute difference.
+    !> The estimate; at_point contains absolute differences on entry.
     type(stress_error_type), intent(inout) :: estimate
     logical :: own(model%state%points%count)
     real(wp) :: weight, sums(2)
@@ -161,13 +161,13 @@ contains
     end associate
   end subroutine sum_up
 
-  !> Of the worst places that each process has, the worst of all, with its number in place of the local one.
+  !> Finds the worst of the worst places of all processes, identified by its label instead of the local number.
   subroutine share_worst(team, carried, worst, value, place, scale)
     type(team_type), intent(in) :: team
     class(carried_type), intent(in) :: carried
-    !> The place, 0 for none.
+    !> Number of the place, 0 for none.
     integer, intent(inout) :: worst
-    !> What it is worst in, and the stress around it.
+    !> Value at the place, and the stress around it.
     real(wp), intent(inout) :: value, scale
     real(wp), intent(out) :: place(3)
     real(wp) :: row(5)
@@ -192,9 +192,9 @@ contains
     worst = int(number(1))
   end subroutine share_worst
 
-  !> The surface whose mean mismatch is largest.
+  !> Finds the surface with the largest mean mismatch.
   pure subroutine find_worst_surface(mismatch, covered, estimate)
-    !> Sum of the mismatch over the area of each surface, and the area looked at (surfaces).
+    !> Sum of the mismatch over the area of each surface, and the area evaluated (surfaces).
     real(wp), intent(in) :: mismatch(:), covered(:)
     type(stress_error_type), intent(inout) :: estimate
     integer :: s
@@ -207,7 +207,7 @@ contains
     end do
   end subroutine find_worst_surface
 
-  !> The held surface whose stress meets its reaction worst.
+  !> Finds the supported surface with the largest mismatch of stress and reaction.
   pure subroutine find_worst_held(held, estimate)
     type(resultants_type), intent(in) :: held
     type(stress_error_type), intent(inout) :: estimate
@@ -223,7 +223,7 @@ contains
     end do
   end subroutine find_worst_held
 
-  !> Differences of the points of a material and the smooth stress.
+  !> Computes the differences between the points of a material and the smooth stress.
   pure subroutine compare_points(model, smooth, estimate)
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.
@@ -242,7 +242,7 @@ contains
     end associate
   end subroutine compare_points
 
-  !> Give the points at interfaces of materials their part of the jump of the traction.
+  !> Assigns the points at interfaces of materials their share of the jump of the traction.
   pure subroutine compare_materials(model, patches, fields, estimate)
     type(model_type), intent(in) :: model
     type(patches_type), intent(in) :: patches
@@ -272,8 +272,9 @@ contains
     end associate
   end subroutine compare_materials
 
-  !> Material point next to each surface point of a loaded or held surface, 0 for those of others and where a rigid
-  !> body, another body of soil or another loaded surface presses too: the stress there carries both.
+  !> Finds the material point next to each surface point of a loaded or supported surface. It is 0 for other surface
+  !> points, and where a rigid body, another body of soil or another loaded surface also exerts a pressure: the stress
+  !> there is due to both.
   subroutine find_neighbours(model, neighbour)
     type(model_type), intent(in) :: model
     !> (surface points)
@@ -309,7 +310,7 @@ contains
 
   contains
 
-    !> Whether soil lies before a place, as far as the soil behind it.
+    !> Returns whether there is soil in front of a place, at the distance of the soil behind it.
     logical function is_covered(i)
       integer, intent(in) :: i
       real(wp), dimension(size(traction)) :: outwards
@@ -323,7 +324,7 @@ contains
       end associate
     end function is_covered
 
-    !> Whether nothing but its own load acts on a place: no surface that looks the same way in its cell.
+    !> Returns whether only its own load acts on a place: there is no other surface with the same direction in its cell.
     pure logical function alone(i)
       integer, intent(in) :: i
       integer :: other
@@ -340,7 +341,7 @@ contains
     end function alone
   end subroutine find_neighbours
 
-  !> Root mean square of the areas of all surface points; 0 where there are none.
+  !> Returns the root mean square of the areas of all surface points; 0 where there are none.
   real(wp) function usual_area(model) result(area)
     type(model_type), intent(in) :: model
     logical :: own(model%state%surface%count)
@@ -357,20 +358,20 @@ contains
     end associate
   end function usual_area
 
-  !> Whether a support holds a surface point.
+  !> Returns whether a surface point is supported.
   pure logical function is_held(model, i)
     type(model_type), intent(in) :: model
-    !> The surface point.
+    !> Number of the surface point.
     integer, intent(in) :: i
 
     is_held = allocated(model%loading%support)
     if (is_held) is_held = model%loading%support(model%state%surface%surface(i)) /= support_none
   end function is_held
 
-  !> Traction at a surface point as the load stands, on its present area.
+  !> Computes the present traction at a surface point, on its present area.
   pure subroutine applied_traction(model, i, traction)
     type(model_type), intent(in) :: model
-    !> The surface point.
+    !> Number of the surface point.
     integer, intent(in) :: i
     !> Traction (dimension) [stress].
     real(wp), intent(out) :: traction(:)
@@ -392,17 +393,18 @@ contains
     end associate
   end subroutine applied_traction
 
-  !> Mismatch of stress and traction at loaded surfaces of a material, in the components that no node holds or moves.
+  !> Adds the mismatch of stress and traction at loaded surfaces of a material, in the components that are neither fixed
+  !> nor prescribed.
   pure subroutine compare_surfaces(model, smooth, neighbour, least, estimate, total, covered)
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.
     type(smooth_stress_type), intent(in) :: smooth
     !> Material point next to each surface point, 0 for those without a load or support (surface points).
     integer, intent(in) :: neighbour(:)
-    !> Surface points of less area are not looked at.
+    !> Lower bound of the area of surface points considered.
     real(wp), intent(in) :: least
     type(stress_error_type), intent(inout) :: estimate
-    !> Sum of the mismatch over the area of each surface, and the area looked at (surfaces).
+    !> Sum of the mismatch over the area of each surface, and the area evaluated (surfaces).
     real(wp), intent(inout) :: total(:), covered(:)
     real(wp) :: stress(size(model%state%points%stress, 1)), traction(model%mesh%dimension)
     real(wp) :: mismatch, area, level
@@ -430,10 +432,10 @@ contains
     end associate
   end subroutine compare_surfaces
 
-  !> Components in which functions that are held or prescribed have less than half of a surface point.
+  !> Returns the components in which fixed or prescribed functions contribute less than half at a surface point.
   pure function free_components(model, i) result(free)
     type(model_type), intent(in) :: model
-    !> The surface point.
+    !> Number of the surface point.
     integer, intent(in) :: i
     logical :: free(model%mesh%dimension)
     type(shape_values_type) :: place
@@ -444,7 +446,7 @@ contains
       < sum(abs(place%shape(:place%count))), a=1, size(free))]
   end function free_components
 
-  !> Add what the smooth stress of a material, loads and supports do on held surfaces.
+  !> Adds the resultants of the smooth stress of a material, of loads and of supports on supported surfaces.
   pure subroutine add_resultants(model, smooth, neighbour, held)
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.

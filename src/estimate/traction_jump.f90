@@ -2,11 +2,11 @@
 !>
 !>   j_n = |(sigma_a(x) - sigma_b(x)) m|,   m along C^-1 (x_a - x_b) in the patch of node n
 !>
-!> with the centres x_a, x_b of its points of the two and their covariance C about them (Fisher's discriminant,
-!> 1936), or m along the axis that parts the two by more.
-!> Of the stress only what acts along the interface may jump there; the rest is what the fields of two materials get
-!> wrong between them, and smooth fields of each by itself do not show it. x lies half way between the points of the
-!> two next to each other, and only materials that a plane parts count: at a corner there is no one normal.
+!> with the centres x_a, x_b of the points of the two materials in the patch and their covariance C about them (Fisher's
+!> discriminant, 1936), or m along the axis that separates the two by a larger distance. Only stress components parallel
+!> to the interface may be discontinuous there; the remaining jump is an error of the fields of the two materials
+!> relative to each other, which the smooth field of each does not show. x is half way between adjacent points of the
+!> two. Only materials separated by a plane are considered: at a corner the normal is not unique.
 module qsmpm_traction_jump
   use qsmpm_kinds, only: wp
   use qsmpm_points, only: points_type
@@ -16,18 +16,18 @@ module qsmpm_traction_jump
 
   public :: add_traction_jump, across
 
-  !> How far points of the one may lie among those of the other, and how far apart the two may be, in cells.
+  !> Largest overlap of the points of the two materials along the normal, and largest distance between them, in cells.
   real(wp), parameter :: most_mixed = 0.15_wp, most_apart = 1.0_wp
-  !> Of the square of a cell, what keeps the covariance of a row of points regular.
+  !> Regularisation of the covariance of a row of points, relative to the square of the cell size.
   real(wp), parameter :: ridge = 1.0e-4_wp
 
 contains
 
-  !> Add the jumps between two materials at the nodes that both have points around.
+  !> Adds the jumps between two materials at the nodes that have points of both in their patch.
   pure subroutine add_traction_jump(patches, points, one, other, jump)
     type(patches_type), intent(in) :: patches
     type(points_type), intent(in) :: points
-    !> Fields of the two.
+    !> Fields of the two materials.
     type(smooth_stress_type), intent(in) :: one, other
     !> Largest jump at each node (nodes) [stress].
     real(wp), intent(inout) :: jump(:)
@@ -57,11 +57,11 @@ contains
     end do
   end subroutine add_traction_jump
 
-  !> Unit normal of the interface from the other material to the one; 0 where there is none.
+  !> Finds the unit normal of the interface from the other material to the first one; 0 where there is none.
   pure subroutine find_normal(patches, points, n, one, other, normal)
     type(patches_type), intent(in) :: patches
     type(points_type), intent(in) :: points
-    !> The node.
+    !> Number of the node.
     integer, intent(in) :: n
     type(smooth_stress_type), intent(in) :: one, other
     real(wp), intent(out) :: normal(:)
@@ -90,7 +90,7 @@ contains
     if (norm2(normal) > 0.0_wp) normal = normal/norm2(normal)
   end subroutine find_normal
 
-  !> Solution of a small symmetric positive definite system (Gauss).
+  !> Returns the solution of a small symmetric positive definite system (Gauss).
   pure function solved(matrix, rhs) result(x)
     real(wp), intent(in) :: matrix(:, :), rhs(:)
     real(wp) :: x(size(rhs)), a(size(rhs), size(rhs))
@@ -109,11 +109,11 @@ contains
     end do
   end function solved
 
-  !> How far the points of the first material reach along a normal, and from where those of the second do.
+  !> Finds the extent of the points of the first material along a normal, and the start of those of the second.
   pure subroutine reach_of(patches, points, n, normal, materials, reach)
     type(patches_type), intent(in) :: patches
     type(points_type), intent(in) :: points
-    !> The node.
+    !> Number of the node.
     integer, intent(in) :: n
     real(wp), intent(in) :: normal(:)
     integer, intent(in) :: materials(2)
@@ -131,7 +131,7 @@ contains
     end do
   end subroutine reach_of
 
-  !> The field of a node at a place.
+  !> Returns the field of a node at a place.
   pure function field_at(smooth, n, place) result(stress)
     type(smooth_stress_type), intent(in) :: smooth
     integer, intent(in) :: n
@@ -144,7 +144,7 @@ contains
     stress = matmul(smooth%field(:, :terms, n), z(:terms))
   end function field_at
 
-  !> Stress vector on a plane.
+  !> Returns the stress vector on a plane.
   pure function across(stress, normal) result(vector)
     !> Components.
     real(wp), intent(in) :: stress(:)

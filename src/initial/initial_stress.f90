@@ -1,17 +1,17 @@
-!> Stresses that a phase starts from by *INITIAL. TYPE=K0: level ground under its own weight.
+!> Initial stresses of a phase (*INITIAL). TYPE=K0: level ground under its own weight.
 !>
 !> sigma_v = -|g| W(x) + u(x), sigma_h = K0 sigma_v, W the weight above the point (qsmpm_overburden)
 !>
-!> effective stresses with u the pressure of the water at rest (qsmpm_pore_water), along the coordinate in which gravity
-!> acts. K0 is the material's own or that of the phase. Only level layers are in equilibrium then: qsmpm_initial_balance
-!> looks whether the ground is.
+!> are effective stresses with u the pressure of the water at rest (qsmpm_pore_water), along the coordinate in which
+!> gravity acts. K0 is that of the material or of the phase. Only level layers are then in equilibrium, which
+!> qsmpm_initial_balance checks.
 !>
-!> Structures, bodies that cannot yield beside ground that can or are much stiffer than elastic ground, have the stress
-!> and the weight of the ground beside them at the start, none above it, and their own weight at the end of the phase. A
-!> body as wide as the ground is a layer.
+!> Structures are bodies that cannot yield next to soil that can, or that are much stiffer than elastic ground. They
+!> have the stress and the weight of the adjacent soil at the start, zero above ground level, and their own weight at
+!> the end of the phase. A body as wide as the ground is a layer.
 !>
-!> Stresses taken from the results of another run (*INITIAL, TYPE=GIVEN, INPUT=results.h5): whether its material lay
-!> where that of the model is, and the state variables that come with them. docs/methods/initial_stresses.md.
+!> Stresses may be read from the results of another run (*INITIAL, TYPE=GIVEN, INPUT=results.h5), with its state
+!> variables; its material must be at the same place as that of the model. docs/methods/initial_stresses.md.
 module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active
@@ -42,14 +42,14 @@ module qsmpm_initial_stress
   public :: set_initial_stresses, start_states, reaches_above, measure_slope, stresses_at_rest, structures_at_rest, &
     check_initial_results
 
-  !> Where the box of a point is looked at, as a share of its half: away from its edges, which bodies may share.
+  !> Part of the half size of a point's box that is evaluated: inside its edges, which bodies may share.
   real(wp), parameter :: inside_box = 0.9_wp
-  !> Young's modulus over that of elastic ground from which a body is a structure.
+  !> Ratio of Young's modulus to that of elastic ground above which a body is a structure.
   real(wp), parameter :: stiff = 30.0_wp
 
 contains
 
-  !> Stresses at all material points as the phase says, and the states of their laws that follow.
+  !> Sets the stresses of the phase at all material points, and the corresponding states of their laws.
   subroutine set_initial_stresses(model, initial)
     type(model_type), intent(inout) :: model
     type(initial_stress_type), intent(in) :: initial
@@ -69,7 +69,7 @@ contains
     if (allocated(initial%state_names)) call take_states(model, initial)
   end subroutine set_initial_stresses
 
-  !> States of the laws that belong to the stresses of the points.
+  !> Sets the states of the laws for the stresses of the points.
   subroutine start_states(model)
     type(model_type), intent(inout) :: model
     integer :: p
@@ -83,7 +83,7 @@ contains
     end associate
   end subroutine start_states
 
-  !> Stresses of a table or, the nearest, of a list of places.
+  !> Sets stresses from a table or from the nearest place of a list.
   subroutine set_given_stresses(model, initial)
     type(model_type), intent(inout) :: model
     type(initial_stress_type), intent(in) :: initial
@@ -112,9 +112,9 @@ contains
     end associate
   end subroutine set_given_stresses
 
-  !> Row of a table at a height: even between the heights given, as at the ends beyond them.
+  !> Returns the row of a table at a height: linear between the given heights, constant beyond the ends.
   pure function table_row(table, height) result(row)
-    !> Height and values (1 + values, n), the heights rising.
+    !> Height and values (1 + values, n), with ascending heights.
     real(wp), intent(in) :: table(:, :)
     real(wp), intent(in) :: height
     real(wp) :: row(size(table, 1) - 1)
@@ -128,7 +128,7 @@ contains
     row = row + share*(table(2:, i + 1) - table(2:, i))
   end function table_row
 
-  !> K0 stresses of material points, each at a place.
+  !> Computes K0 stresses of material points, each at a given place.
   subroutine stresses_at_rest(model, initial, points, places, stress)
     type(model_type), intent(in) :: model
     !> Level and K0 of the phase.
@@ -152,7 +152,7 @@ contains
     end do
   end subroutine stresses_at_rest
 
-  !> Effective vertical and horizontal stress at a place in the body of a point.
+  !> Returns the effective vertical and horizontal stress at a place in the body of a point.
   pure function stress_at_rest(model, overburden, initial, p, position) result(stress)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: overburden
@@ -177,7 +177,7 @@ contains
     stress(2) = -horizontal_at_rest(model%analysis%materials(material), initial%k0, -stress(1))
   end function stress_at_rest
 
-  !> Points of structures weigh at the start of the phase as the ground beside them.
+  !> Sets the weight of the points of structures at the start of the phase to that of the adjacent soil.
   subroutine weigh_structures(model, initial)
     type(model_type), intent(inout) :: model
     type(initial_stress_type), intent(in) :: initial
@@ -195,7 +195,7 @@ contains
           ends = spread(position, 2, 2)
           ends(axis, :) = ends(axis, :) + [-half, half]*overburden%up
           above = [(weight_beside(overburden, body, ends(:, k), initial%surface_level), k=1, 2)]
-          ! Boxes of points may reach below the ground.
+          ! Boxes of points may extend below the ground.
           if (.not. above(1) > 0.0_wp) then
             ends(axis, 1) = position(axis)
             above(1) = weight_beside(overburden, body, position, initial%surface_level)
@@ -208,13 +208,13 @@ contains
     end associate
   end subroutine weigh_structures
 
-  !> Weight above a place in the ground or the free water beside structures, 0 below the ground.
+  !> Returns the weight above a place in the ground or in the free water next to structures, 0 below the ground.
   pure real(wp) function weight_beside(overburden, body, position, level) result(weight)
     type(overburden_type), intent(in) :: overburden
-    !> The body that holds the place, and the place (dimension).
+    !> Body that contains the place, and the place (dimension).
     integer, intent(in) :: body
     real(wp), intent(in) :: position(:)
-    !> Coordinate of the level of the ground.
+    !> Coordinate of the ground level.
     real(wp), intent(in) :: level
     real(wp) :: place(size(position))
     integer :: beside
@@ -228,18 +228,18 @@ contains
     end if
   end function weight_beside
 
-  !> How far K0 stresses are from equilibrium along the horizontal, and at which point: with no shear stress their
-  !> horizontal part must not vary there,
+  !> Measures the deviation of K0 stresses from horizontal equilibrium, and finds the critical point: without shear
+  !> stress the horizontal stress must not vary horizontally,
   !>
   !>   |d sigma_h/dx| / gamma,   largest over the points, gamma the largest unit weight
   !>
-  !> by differences over the box of a point, in its body. Where interface, ground or water slope by 1 in n between
-  !> unit weights that differ by g this is K0 g/(n gamma), on whatever mesh.
+  !> by differences over the box of a point, in its body. Where an interface, the ground or the water table is inclined
+  !> at 1 in n between unit weights that differ by g this is K0 g/(n gamma), on any mesh.
   subroutine measure_slope(model, initial, slope, worst)
     type(model_type), intent(in) :: model
     type(initial_stress_type), intent(in) :: initial
     real(wp), intent(out) :: slope
-    !> Number of the point; 0 where nothing slopes.
+    !> Number of the point; 0 where nothing is inclined.
     integer, intent(out) :: worst
     type(overburden_type) :: overburden
     real(wp) :: heaviest, found
@@ -262,8 +262,8 @@ contains
     end do
   end subroutine measure_slope
 
-  !> Change of the horizontal stress along a horizontal axis, between two places of the box of a point that its body
-  !> holds.
+  !> Returns the change of the horizontal stress along a horizontal axis, between two places of the box of a point
+  !> inside its body.
   pure real(wp) function change_along(model, overburden, initial, p, axis) result(change)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: overburden
@@ -285,7 +285,7 @@ contains
     end associate
   end function change_along
 
-  !> Coordinate along which gravity acts; y without gravity.
+  !> Returns the coordinate along which gravity acts; y without gravity.
   pure integer function vertical_axis(model) result(axis)
     type(model_type), intent(in) :: model
 
@@ -295,10 +295,10 @@ contains
     end associate
   end function vertical_axis
 
-  !> The bodies with their unit weights.
+  !> Sets up the bodies with their unit weights.
   subroutine bodies_from_the_side(model, axis, overburden)
     type(model_type), intent(in) :: model
-    !> The vertical.
+    !> Number of the vertical axis.
     integer, intent(in) :: axis
     type(overburden_type), intent(out) :: overburden
     real(wp), dimension(size(model%shapes)) :: unit_weight, saturated, young
@@ -328,7 +328,7 @@ contains
     overburden%structure = active .and. .not. (ground .or. is_as_wide(overburden%solid, ground))
   end subroutine bodies_from_the_side
 
-  !> Whether bodies reach as far along the horizontal as the ground.
+  !> Returns whether bodies are as wide along the horizontal as the ground.
   pure function is_as_wide(solid, ground) result(wide)
     type(polyhedron_type), intent(in) :: solid(:)
     !> (bodies)
@@ -343,7 +343,7 @@ contains
     end do
   end function is_as_wide
 
-  !> Names of the structures in ground at rest, empty for none.
+  !> Returns the names of the structures in ground at rest, empty if there are none.
   function structures_at_rest(model) result(names)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: names
@@ -358,7 +358,7 @@ contains
     names = names(min(3, len(names) + 1):)
   end function structures_at_rest
 
-  !> Height by which bodies reach above the level of a K0 start, 0 or less when they do not.
+  !> Returns the height of bodies above the ground level of a K0 start, 0 or less if there are none.
   real(wp) function reaches_above(model, initial) result(height)
     type(model_type), intent(in) :: model
     type(initial_stress_type), intent(in) :: initial
@@ -368,9 +368,9 @@ contains
     height = overburden%up*(ground_top(overburden) - initial%surface_level)
   end function reaches_above
 
-  !> Refuse results of material that lay elsewhere; read the state variables that the laws of the model know.
+  !> Rejects results of material at another place, and reads the state variables known to the laws of the model.
   subroutine check_initial_results(model, diagnostics)
-    !> With its laws and points.
+    !> The model with its laws and points.
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
 
@@ -382,7 +382,7 @@ contains
     end associate
   end subroutine check_initial_results
 
-  !> Every material point that is there at the start has one of the other run within a cell.
+  !> Checks that every initially active material point has a point of the other run within a cell.
   subroutine check_distances(model, initial, diagnostics)
     type(model_type), intent(in) :: model
     type(initial_stress_type), intent(in) :: initial
@@ -416,7 +416,7 @@ contains
       'later, or give stresses by height')
   end subroutine check_distances
 
-  !> Read the state variables that both runs have.
+  !> Reads the state variables that exist in both runs.
   subroutine read_states(laws, initial, diagnostics)
     type(law_slot_type), intent(in) :: laws(:)
     type(initial_stress_type), intent(inout) :: initial
@@ -448,10 +448,10 @@ contains
       "'"//initial%file//"' has no state variable of the materials of this model: leave out STATE=YES")
   end subroutine read_states
 
-  !> State variables of the nearest place, where the material has the same number.
+  !> Sets the state variables from the nearest place, where the material has the same number.
   subroutine take_states(model, initial)
     type(model_type), intent(inout) :: model
-    !> With its state variables.
+    !> Initial stresses with their state variables.
     type(initial_stress_type), intent(in) :: initial
     type(point_bins_type) :: bins
     integer :: p, i, k, from

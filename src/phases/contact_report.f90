@@ -1,7 +1,7 @@
-!> What a phase is told of the forces on its rigid bodies where it ends: of a body that it moves and that nothing has
-!> touched, or that carries nothing though soil is inside of it, and of a force against a steady push that falls in
-!> a step and stays low; of what it prescribes at nodes the last, where most of the reaction is lost, and of a reaction
-!> that rises on long after clay has given way.
+!> Warnings about the forces on the rigid bodies of a phase, printed at its end: a body that moves without contact, or
+!> that carries no force although soil is inside it; and a force against a steady motion that decreases in a step and
+!> remains low. For prescribed nodal displacements it warns of a loss of most of the reaction, and of a reaction that
+!> continues to increase long after clay has failed.
 module qsmpm_contact_report
   use qsmpm_kinds, only: wp
   use qsmpm_contact_results, only: deepest_in
@@ -24,44 +24,47 @@ module qsmpm_contact_report
 
   public :: contact_check_type, begin_contact_check, check_contact, end_contact_check, apart_text
 
-  !> Fall of a force in a step that is told, as a share of what it was: on a body, and at nodes that are moved, where
-  !> soil that softens may lose some; the share of the largest force of the phase below which no fall counts.
+  !> Decrease of a force in a step above which a warning is printed, relative to its value before: on a body, and at
+  !> nodes with prescribed displacements, where softening soil may lose some; share of the largest force of the phase
+  !> below which a decrease is ignored.
   real(wp), parameter :: much_of_body = 0.05_wp, much_of_nodes = 0.5_wp, little = 0.1_wp
-  !> Force at nodes that is none, as what is carried along has by its tolerance, over stiffness and the face of a cell.
+  !> Force at nodes taken as zero, such as that due to the tolerance, over stiffness and the face of a cell.
   real(wp), parameter :: slight = 1.0e-4_wp
-  !> Fall from a crest that makes a wave, as a share of the largest force, of which half is to come back.
+  !> Decrease from a maximum that counts as a wave, relative to the largest force; half of it must be recovered.
   real(wp), parameter :: deep = 0.05_wp
-  !> Slope of the reaction over the steepest one from which ground has given way, and the rise from there that is told:
-  !> a footing on clay rises by 5 % more, on cells that the pushed nodes draw along by a third of their width by 25.
+  !> Slope of the reaction relative to the steepest one below which soil has failed, and further increase that is
+  !> reported: a footing on clay rises by 5 % more, with cells dragged along by the displaced nodes over a third of
+  !> their width by 25 %.
   real(wp), parameter :: knee_slope = 0.1_wp, much_of_knee = 0.1_wp
-  !> Gap and depth over the size of a cell: nearer soil does touch, deeper soil is inside.
+  !> Gap and depth in cell sizes: soil closer than the gap is in contact, soil deeper than the depth is inside.
   real(wp), parameter :: touching = 1.0e-3_wp, inside = 0.1_wp
 
-  !> How one body goes in a phase, or all that is prescribed.
+  !> Force history of one body in a phase, or of all prescribed displacements.
   type :: course_type
-    !> Fall of its force that is told.
+    !> Decrease of its force above which a warning is printed.
     real(wp) :: much = much_of_body
     !> It has carried a force, before the phase or in it.
     logical :: touched = .false.
-    !> Distance of the soil at the start of the phase.
+    !> Distance to the soil at the start of the phase.
     real(wp) :: gap = 0.0_wp
-    !> Force against its motion in the two steps before, below 0 for none, and the largest one.
+    !> Force against its motion in the two previous steps, below 0 for none, and the largest one.
     real(wp) :: before(2) = -1.0_wp, most = 0.0_wp
-    !> The last step if the force is low in it, 0 if not; the force, that before it, and the lower one of two before.
+    !> The last step if the force is low in it, 0 if not; the force, the previous one, and the lower one of the two
+    !> previous.
     integer :: dip = 0
     real(wp) :: low = 0.0_wp, last = 0.0_wp, high = 0.0_wp
-    !> Falls; of the largest one the step and the forces before and behind it.
+    !> Number of decreases; for the largest one the step and the forces before and after it.
     integer :: falls = 0, step = 0
     real(wp) :: from = 1.0_wp, to = 1.0_wp
-    !> Waves: how many, the last crest and the lowest force behind it, and those of the largest.
+    !> Number of waves, last maximum and lowest force after it, and both values of the largest wave.
     integer :: waves = 0
     real(wp) :: crest = 0.0_wp, trough = 0.0_wp, of_largest(2) = 0.0_wp
-    !> Share of the phase done and the force there, the steepest slope, and the force at which it had fallen, 0 for not
-    !> yet.
+    !> Completed share of the phase and the force there, the steepest slope, and the force at which the slope had
+    !> decreased, 0 if not yet.
     real(wp) :: done = 0.0_wp, reached = 0.0_wp, steepest = 0.0_wp, knee = 0.0_wp
   end type course_type
 
-  !> How the bodies go in a phase.
+  !> Force histories of the bodies in a phase.
   type :: contact_check_type
     private
     type(course_type), allocatable :: of(:)
@@ -70,7 +73,7 @@ module qsmpm_contact_report
 
 contains
 
-  !> At the start of a phase, or where it is taken up again.
+  !> Initialises the check at the start of a phase, or where it is resumed.
   subroutine begin_contact_check(model, check)
     type(model_type), intent(in) :: model
     type(contact_check_type), intent(out) :: check
@@ -87,7 +90,7 @@ contains
     end do
   end subroutine begin_contact_check
 
-  !> A force that is none, over `little`.
+  !> Returns a force taken as zero, divided by `little`.
   pure real(wp) function least_force(model)
     type(model_type), intent(in) :: model
     integer :: m
@@ -96,7 +99,7 @@ contains
       minval([(model%laws(m)%law%stiffness_scale, m=1, size(model%laws))])
   end function least_force
 
-  !> After a step: does a body carry anything, and what resists its motion?
+  !> Updates the force histories after a step: whether a body carries a force, and the force against its motion.
   subroutine check_contact(model, check)
     type(model_type), intent(in) :: model
     type(contact_check_type), intent(inout) :: check
@@ -116,7 +119,7 @@ contains
     call follow_force(check%nodes, model%state%progress%step, force(1))
   end subroutine check_contact
 
-  !> Mean reaction along what is prescribed, weighted by it.
+  !> Returns the mean reaction in the direction of the prescribed displacements, weighted by them.
   real(wp) function force_of_push(model) result(force)
     type(model_type), intent(in) :: model
     real(wp) :: work, way
@@ -130,11 +133,12 @@ contains
     force = work/max(way, tiny(1.0_wp))
   end function force_of_push
 
-  !> A force that is low has fallen if it was not high for one step alone and is not back in the next.
+  !> Updates a force history. A low force counts as a decrease if the force was not high for a single step only and does
+  !> not recover in the next step.
   pure subroutine follow_force(course, step, force)
     type(course_type), intent(inout) :: course
     integer, intent(in) :: step
-    !> Against the motion.
+    !> Force against the motion.
     real(wp), intent(in) :: force
 
     if (force < (1.0_wp - course%much)*course%high) call count_fall(course)
@@ -150,10 +154,10 @@ contains
     call follow_wave(course, max(force, 0.0_wp))
   end subroutine follow_force
 
-  !> The force at which its slope first falls to a share of the steepest one.
+  !> Stores the force at which its slope first decreases to a given share of the steepest one.
   pure subroutine follow_knee(course, fraction, force)
     type(course_type), intent(inout) :: course
-    !> Of the phase that is done.
+    !> Completed fraction of the phase.
     real(wp), intent(in) :: fraction
     real(wp), intent(in) :: force
     real(wp) :: slope
@@ -166,7 +170,7 @@ contains
     if (.not. course%knee > 0.0_wp .and. slope < knee_slope*course%steepest) course%knee = force
   end subroutine follow_knee
 
-  !> A wave is counted where the force rises again; ground that pushes along resists nothing.
+  !> Counts a wave where the force rises again; soil that pushes in the direction of motion counts as no resistance.
   pure subroutine follow_wave(course, force)
     type(course_type), intent(inout) :: course
     real(wp), intent(in) :: force
@@ -185,7 +189,7 @@ contains
     end associate
   end subroutine follow_wave
 
-  !> Count a dip as a fall.
+  !> Counts a low force as a decrease.
   pure subroutine count_fall(course)
     type(course_type), intent(inout) :: course
 
@@ -197,7 +201,8 @@ contains
     course%to = course%low
   end subroutine count_fall
 
-  !> At the end of a phase, or where it is lost: then nothing is said of what might have touched yet.
+  !> Prints the warnings at the end of a phase, or where it fails: then contact that could still have occurred is not
+  !> assessed.
   subroutine end_contact_check(model, check, observer)
     type(model_type), intent(in) :: model
     type(contact_check_type), intent(inout) :: check
@@ -218,8 +223,8 @@ contains
       'another equilibrium; check with smaller steps or cells', observer)
   end subroutine end_contact_check
 
-  !> Say where what is prescribed has met its limit load that this is one of the grid, and warn of clay that carries
-  !> more and more after it has given way, where cells go with the nodes that push it.
+  !> Notes, where prescribed displacements have reached their limit load, that it depends on the grid, and warns of clay
+  !> whose reaction continues to increase after failure, where cells move with the displaced nodes.
   subroutine warn_of_rise(model, course, observer)
     type(model_type), intent(in) :: model
     type(course_type), intent(in) :: course
@@ -240,11 +245,11 @@ contains
       'the nodes, show how much of the rise is real')
   end subroutine warn_of_rise
 
-  !> Tell of a force that has fallen in a phase, and forget it.
+  !> Warns of a force that has decreased in a phase, and resets its history.
   subroutine warn_of_falls(start, steps, course, meaning, observer)
-    !> Begin of the sentence, and what the fall means.
+    !> First part of the message, and cause of the decrease.
     character(len=*), intent(in) :: start, meaning
-    !> Steps of the phase.
+    !> Number of steps of the phase.
     integer, intent(in) :: steps
     type(course_type), intent(inout) :: course
     class(observer_type), intent(inout) :: observer
@@ -259,7 +264,7 @@ contains
     course = course_type(course%much, course%touched, course%gap)
   end subroutine warn_of_falls
 
-  !> Begin of a warning.
+  !> Returns the first part of a warning.
   function start_of(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -267,13 +272,14 @@ contains
     text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"'"
   end function start_of
 
-  !> A body that is moved and carries nothing: soil is inside of it, or none has come near; not one that leaves.
+  !> Warns of a body that moves and carries no force: soil is inside it, or no soil has come close; a body that moves
+  !> away is excluded.
   subroutine warn_of_idle(model, body, gap, start, observer)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
-    !> At the start of the phase.
+    !> Distance to the soil at the start of the phase.
     real(wp), intent(in) :: gap
-    !> Begin of the sentence.
+    !> First part of the message.
     character(len=*), intent(in) :: start
     class(observer_type), intent(inout) :: observer
     type(placed_shape_type) :: placed(size(model%rigid_shapes))
@@ -294,7 +300,7 @@ contains
     end if
   end subroutine warn_of_idle
 
-  !> The present phase moves a body.
+  !> Returns whether the present phase moves a body.
   pure logical function is_moved(model, body)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -304,7 +310,8 @@ contains
     is_moved = any(abs([motion%displacement, motion%rotation]) > 0.0_wp)
   end function is_moved
 
-  !> The first body that soil stands near and does not touch, for a run that finds nothing to hold it; else empty.
+  !> Returns a text on the first body close to soil that it does not touch, for a run that lacks support; otherwise
+  !> empty.
   function apart_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -321,8 +328,8 @@ contains
     end do
   end function apart_text
 
-  !> Distance from a body to the nearest soil that may touch it: points of the surfaces of its *CONTACT, or material
-  !> points where contact is asked for on the body.
+  !> Returns the distance from a body to the nearest soil that may touch it: points of the surfaces of its *CONTACT, or
+  !> material points where contact is imposed at points of the body.
   function gap_of(model, body) result(gap)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body

@@ -1,26 +1,26 @@
-!> Whether the stresses that *INITIAL gives are in equilibrium with the loads of the phase.
+!> Check of whether the stresses of *INITIAL are in equilibrium with the loads of the phase.
 !>
 !>   r = f_load - f_held - sum V sigma grad N,   u = K^-1 r,   u_w = K^-1 f_load        (free components, elastic K)
 !>
-!> where f_held is what all other internal terms resist before anything moves, as springs of a support do that an
-!> earlier phase has loaded.
+!> where f_held is the resistance of all other internal terms before any displacement, such as springs of a support that
+!> an earlier phase has loaded.
 !>
-!> K0 stresses have no shear stress: they balance level layers and nothing else. Under a slope, or below an interface
-!> that is not level, the first step would move the ground by what is missing, and its stresses would be neither K0
-!> nor those of a ground that has been loaded. So such ground is refused: by the change of the horizontal stress
-!> along the horizontal over the weight (`measure_slope`), which no mesh blurs, and, for what else may be missing, by
-!> the move max|u| of the material points as a share of max|u_w|, gamma H^2/2M on level ground. The norm of r is printed
-!> and not judged: it is as large where the rule of a cell does not integrate a linear stress, which moves the ground a
-!> little and hurts nobody. What the phase has moved the ground in fact stands in the log where it ends
-!> (qsmpm_phase_report).
+!> K0 stresses contain no shear stress: they are in equilibrium in level layers only. Under a slope, or below an
+!> inclined interface, the first step would move the soil by the unbalanced force, and its stresses would be neither K0
+!> stresses nor those of loaded soil. Such a model is rejected by two criteria: the horizontal gradient of the
+!> horizontal stress relative to the weight (`measure_slope`), which does not depend on the mesh, and, for other sources
+!> of imbalance, the displacement max|u| of the material points relative to max|u_w|, gamma H^2/2M on level ground. The
+!> norm of r is printed but not assessed: it is as large where the rule of a cell does not integrate a linear stress
+!> exactly, which causes only a small displacement. The actual displacement in the phase is printed in the log at its
+!> end (qsmpm_phase_report).
 !>
-!> Where ground gets one water pressure with a free surface, suction above it and the water that fills its pores in part
-!> act from the first step on. What is out of balance by it at the start of the phase, at all free nodes,
+!> Where soil receives one water pressure with a free surface, suction above it and the water that partly fills its
+!> pores act from the first step on. The resulting out-of-balance force at the start of the phase, at all free nodes,
 !>
 !>   r = sum V (sigma' + S chi p) grad N - f_load,
 !>
-!> is held then and falls to nothing over the phase, as what a freed fixity has carried: cutting a step would not make
-!> it smaller.
+!> is then applied and reduced to zero over the phase, like the reaction of a released fixity: a smaller step would not
+!> reduce it.
 module qsmpm_initial_balance
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
@@ -46,27 +46,28 @@ module qsmpm_initial_balance
 
   public :: check_initial_balance, measure_balance, balance_type, hold_water_start
 
-  !> Move of the ground, as a share of that under its weight, that is worth a warning, and that is refused.
+  !> Displacement relative to that under the own weight above which a warning is printed, and above which the model is
+  !> rejected.
   real(wp), parameter :: warned_from = 1.0e-3_wp, refused = 1.0e-2_wp
-  !> Change of the horizontal stress along the horizontal, as a share of the weight, that is refused.
+  !> Horizontal change of the horizontal stress, relative to the weight, above which the model is rejected.
   real(wp), parameter :: steepest = 1.0e-3_wp
-  !> The level is that of the bodies up to this share of the height.
+  !> Relative height up to which the level is that of the bodies.
   real(wp), parameter :: same_level = 1.0e-9_wp
-  !> Loads over the forces of the stresses that are none but for rounding.
+  !> Ratio of loads to the forces of the stresses below which loads are rounding.
   real(wp), parameter :: no_load = 1.0e-9_wp
-  !> K0 stresses that would move the ground by no more are left as they are.
+  !> Displacement up to which K0 stresses are not corrected.
   real(wp), parameter :: exact = 1.0e-6_wp
 
-  !> Moves below this share of a cell are rounding.
+  !> Displacements below this share of a cell are rounding.
   real(wp), parameter :: rounding = 1.0e-14_wp
   character(len=*), parameter :: advice = 'Start from a phase with *GRAVITY alone, without *INITIAL, TYPE=K0, and '// &
     'begin the next one with *RESET DISPLACEMENTS'
 
-  !> How far stresses are from equilibrium.
+  !> Deviation of stresses from equilibrium.
   type :: balance_type
     !> |r|/|f_load|.
     real(wp) :: residual = 0.0_wp
-    !> max|u|/max|u_w|, and where u is largest (dimension).
+    !> max|u|/max|u_w|, and place of the largest u (dimension).
     real(wp) :: move = 0.0_wp
     real(wp), allocatable :: position(:)
     !> max|u_w|, 0 without a load [length].
@@ -75,14 +76,14 @@ module qsmpm_initial_balance
 
 contains
 
-  !> Refuse initial stresses that are not in equilibrium; say how well they are.
+  !> Rejects initial stresses that are not in equilibrium and reports their balance.
   subroutine check_initial_balance(model, step, phase, observer, error)
     type(model_type), intent(inout) :: model
-    !> Scratch of the step; the first step makes use of it.
+    !> Scratch data of the step, reused by the first step.
     type(step_type), intent(inout) :: step
     type(phase_type), intent(in) :: phase
     class(observer_type), intent(inout) :: observer
-    !> error_not_converged when they are not; failures of the initialisation.
+    !> error_not_converged if they are not in equilibrium; failures of the initialisation.
     type(error_type), allocatable, intent(out) :: error
     type(balance_type) :: balance
     type(correction_type) :: correction
@@ -117,14 +118,14 @@ contains
       cause_of(correction, is_beyond_strength(model), size(model%analysis%rigid_bodies) > 0))
   end subroutine check_initial_balance
 
-  !> Whether nothing but gravity acts in a phase, so that what moves in it tells of its initial stresses.
+  !> Returns whether only gravity acts in a phase, so that displacements indicate errors of its initial stresses.
   pure logical function is_left_alone(phase)
     type(phase_type), intent(in) :: phase
 
     is_left_alone = size(phase%prescriptions) == 0 .and. size(phase%tractions) == 0 .and. size(phase%moves) == 0
   end function is_left_alone
 
-  !> Correct K0 stresses for the grid where it does not hold them; what is out of balance is then what is left.
+  !> Corrects K0 stresses where they are not in equilibrium on the grid; the balance returned is the remaining one.
   subroutine correct_balance(model, step, balance, observer, correction, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -142,7 +143,7 @@ contains
     call discard_terms(step%terms)
   end subroutine correct_balance
 
-  !> Say what was corrected.
+  !> Reports the correction.
   subroutine note_correction(before, correction, observer)
     type(balance_type), intent(in) :: before
     type(correction_type), intent(in) :: correction
@@ -157,7 +158,7 @@ contains
       ' of the largest stress at the most')
   end subroutine note_correction
 
-  !> What is out of balance, as a sentence.
+  !> Returns the text that reports the balance.
   function balance_text(balance) result(text)
     type(balance_type), intent(in) :: balance
     character(len=:), allocatable :: text
@@ -169,7 +170,7 @@ contains
     text = trim(buffer)
   end function balance_text
 
-  !> Whether a move is worth a warning.
+  !> Returns the prefix of the text by the size of a displacement.
   pure function kind_of(move) result(words)
     real(wp), intent(in) :: move
     character(len=:), allocatable :: words
@@ -178,12 +179,12 @@ contains
     if (move > warned_from) words = 'warning: '
   end function kind_of
 
-  !> Why stresses may be out of balance by much, and what to do. Where elastic ground would hardly move, it is the soil
-  !> that is soft where its stress is low.
+  !> Returns the cause of a large imbalance and the remedy. Where elastic soil would hardly move, the cause is soil with
+  !> a low stiffness at low stress.
   pure function cause_of(correction, beyond_strength, beside_bodies) result(words)
     type(correction_type), intent(in) :: correction
     logical, intent(in) :: beyond_strength
-    !> There are rigid bodies.
+    !> The model contains rigid bodies.
     logical, intent(in) :: beside_bodies
     character(len=:), allocatable :: words
 
@@ -203,14 +204,14 @@ contains
     end if
   end function cause_of
 
-  !> Whether the laws of any process bring the stresses of points back before anything moves.
+  !> Returns whether on any process the laws reduce stresses of points before any displacement.
   logical function is_beyond_strength(model)
     type(model_type), intent(in) :: model
 
     is_beyond_strength = any_of(model%part%team, any(count_beyond_strength(model) > 0))
   end function is_beyond_strength
 
-  !> Warn of material above the level of the ground.
+  !> Warns of material above the ground level.
   subroutine warn_of_material_above(model, phase, observer)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
@@ -223,7 +224,7 @@ contains
       'weight is included in the K0 stresses')
   end subroutine warn_of_material_above
 
-  !> What the stresses of a phase are called.
+  !> Returns the name of the stresses of a phase.
   pure function stresses_of(phase) result(words)
     type(phase_type), intent(in) :: phase
     character(len=:), allocatable :: words
@@ -232,7 +233,7 @@ contains
     if (phase%initial%kind == initial_k0) words = 'K0 stresses'
   end function stresses_of
 
-  !> Refuse ground, layers or water that slope.
+  !> Rejects inclined ground, layers or water tables.
   subroutine check_slope(model, phase, error)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
@@ -253,14 +254,14 @@ contains
       'strength, and so is treated as ground, is heavier than it. '//advice)
   end subroutine check_slope
 
-  !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found
-  !> where the equations cannot be solved: the first step tells why.
+  !> Computes the out-of-balance of the stresses of the material points with the loads at the start of the phase. Where
+  !> the equations cannot be solved the displacement is not computed; the first step then reports the cause.
   subroutine measure_balance(model, step, balance, by_law)
     type(model_type), intent(in) :: model
-    !> Scratch of the step, initialised.
+    !> Scratch data of the step, initialised.
     type(step_type), intent(inout) :: step
     type(balance_type), intent(out) :: balance
-    !> The force of the soil is that of the laws, as the first step will have it; not when absent.
+    !> Use the forces of the laws, as in the first step; not when absent.
     logical, intent(in), optional :: by_law
     type(error_type), allocatable :: error
     real(wp), dimension(size(step%forces%internal, 1), size(step%forces%internal, 2)) :: move
@@ -286,7 +287,7 @@ contains
     size_of_loads = norm_of(step, weight)
     size_of_points = size_of_stresses(model, step)
     if (.not. size_of_loads > no_load*size_of_points) then
-      ! Without a load nothing but the stresses themselves says what is much.
+      ! Without a load only the stresses themselves serve as reference.
       balance%residual = norm_of(step, residual)/max(size_of_points, tiny(1.0_wp))
       balance%move = balance%residual
       return
@@ -298,12 +299,12 @@ contains
     call find_largest_move(step, by_residual, largest_of_own, worst)
     if (worst > 0) balance%position = model%state%points%position(:, worst)
     call take_largest(step%team, largest_of_own, balance%position)
-    ! Loads that are rounding settle nothing, and nothing is out of balance beside them.
+    ! Loads that are rounding cause no settlement and serve as no reference.
     if (max(largest_of_own, balance%settlement) > rounding*model%cell_size) &
       balance%move = largest_of_own/max(balance%settlement, tiny(1.0_wp))
   end subroutine measure_balance
 
-  !> Norm of forces at the equations of all processes.
+  !> Returns the norm of forces at the equations of all processes.
   real(wp) function norm_of(step, force)
     type(step_type), intent(in) :: step
     !> (equations)
@@ -312,10 +313,10 @@ contains
     norm_of = joint_norm(step%team, norm2(pack(force, step%field_of > 0)))
   end function norm_of
 
-  !> The largest value of all processes, and where it is.
+  !> Finds the largest value of all processes, and its place.
   subroutine take_largest(team, value, place)
     type(team_type), intent(in) :: team
-    !> Of this process; then of all.
+    !> Value of this process; on return that of all.
     real(wp), intent(inout) :: value
     real(wp), contiguous, intent(inout) :: place(:)
     real(wp) :: extreme
@@ -327,10 +328,10 @@ contains
     if (rank < team%ranks) call spread_from(team, rank, place)
   end subroutine take_largest
 
-  !> Size of the nodal forces of the whole stresses, above no pressure.
+  !> Returns the size of the nodal forces of the total stresses, including the all-round pressure.
   real(wp) function size_of_stresses(model, step) result(force_size)
     type(model_type), intent(in) :: model
-    !> Scratch of the step, initialised.
+    !> Scratch data of the step, initialised.
     type(step_type), intent(in), target :: step
     real(wp) :: force(model%mesh%dimension, model%space%node_count)
     type(soil_type), pointer :: soil
@@ -340,11 +341,11 @@ contains
     force_size = joint_norm(step%team, norm2(pack(force, spread(step%own(:size(force, 2)), 1, size(force, 1)))))
   end function size_of_stresses
 
-  !> Internal force at the start of the step. The soil's is that of the stresses given: an evaluation would bring those
-  !> beyond the strength back, which is judged apart from this.
+  !> Computes the internal force at the start of the step. The force of the soil is that of the given stresses: an
+  !> evaluation of the laws would reduce those beyond the strength, which are assessed separately.
   subroutine force_before_law(model, step, force)
     type(model_type), intent(in) :: model
-    !> Scratch of the step, evaluated where nothing has moved.
+    !> Scratch data of the step, evaluated at zero displacement.
     type(step_type), intent(in), target :: step
     !> (dimension, node_count)
     real(wp), intent(out) :: force(:, :)
@@ -360,10 +361,10 @@ contains
     force = force + (step%forces%internal(:size(force, 1), :size(force, 2)) - by_law)
   end subroutine force_before_law
 
-  !> Hold what is out of balance where the surface of the water begins to move.
+  !> Applies the out-of-balance force where the free surface begins to move.
   subroutine hold_water_start(model, step, error)
     type(model_type), intent(inout) :: model
-    !> Scratch.
+    !> Scratch data.
     type(step_type), intent(inout) :: step
     !> Failures of the initialisation.
     type(error_type), allocatable, intent(out) :: error
@@ -383,7 +384,7 @@ contains
     call discard_terms(step%terms)
   end subroutine hold_water_start
 
-  !> Whether the phase is the first of its line with a free surface in ground that consolidates.
+  !> Returns whether the phase is the first one in its branch with a free surface in consolidating soil.
   pure logical function begins(model)
     type(model_type), intent(in) :: model
     integer :: parent

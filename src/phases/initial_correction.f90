@@ -1,20 +1,21 @@
-!> K0 stresses made to balance the loads on the grid there is.
+!> Correction of K0 stresses to equilibrium on the given grid.
 !>
-!> The stress of a point stands for its domain. Where points are integrated, in the row of cells that the ground ends
-!> in, functions of second degree want the variation of the stress inside of the domain too, and cells under one
-!> pressure have none inside of the cell: K0 stresses of level ground are then out of balance by a little. It is found
-!> with an elastic material in the place of each,
+!> The stress of a point represents its domain. Where points are integrated, quadratic functions require, in the row of
+!> cells at the boundary of the soil, also the variation of the stress inside the domain, and cells with uniform
+!> pressure have no variation inside the cell: K0 stresses of level ground are then slightly out of balance. The
+!> imbalance is removed with an elastic material in place of each material,
 !>
-!>   r = f_load - sum V sigma grad N,   u = K^-1 r,   sigma := sigma + D grad u         until max|u| is next to nothing
+!>   r = f_load - sum V sigma grad N,   u = K^-1 r,   sigma := sigma + D grad u         until max|u| is nearly zero
 !>
-!> in proportion to the modulus that scales the stabilisation. That of the law itself would not do: soil whose stiffness
-!> falls with its stress has next to none at the surface, where r is. Places stay and no displacement is left. What is
-!> no matter of the grid is not for it: ground that slopes, loads that the stresses do not hold (qsmpm_initial_balance).
+!> with stiffnesses proportional to the modulus that scales the stabilisation. The modulus of the law itself is not
+!> suitable: soil whose stiffness decreases with its stress has nearly none at the surface, where r is. Positions do not
+!> change and no displacement remains. Imbalance that is not due to the grid is not corrected: inclined ground, loads
+!> that the stresses do not balance (qsmpm_initial_balance).
 !>
-!> Cells under one pressure get it here, in effective stresses, as their mean. Left to the first step, soil that is soft
-!> where its stress is low would weigh the points otherwise, and in undrained soil the water would even the pressures.
-!> What the laws themselves then have out of balance, since soil that is at yield everywhere does not bear the stress
-!> between its points, is corrected in the same way.
+!> Cells with uniform pressure are assigned the mean of their effective pressures here. If this were left to the first
+!> step, the different stiffness of soil at low stress would change the weights of the points, and in undrained soil the
+!> pressure would be equalised by the water. The remaining imbalance of the laws themselves, because soil at yield
+!> everywhere does not support the stress between its points, is corrected in the same way.
 module qsmpm_initial_correction
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: agree
@@ -38,37 +39,39 @@ module qsmpm_initial_correction
 
   public :: correction_type, correct_stresses, elastic_moves, largest_move, find_largest_move
 
-  !> Largest move, as a share of that under the weight, that is one of the grid, and the one that may be left.
+  !> Largest displacement, relative to that under the weight, that is attributed to the grid, and the one that may
+  !> remain.
   real(wp), parameter :: largest_of_grid = 1.0e-2_wp
   real(wp), parameter :: enough = 1.0e-9_wp
-  !> Passes with elastic ground, and with the forces of the laws: clay at yield gains as little as 14 % by one.
+  !> Largest number of passes with elastic soil, and with the forces of the laws: in clay at yield one pass may reduce
+  !> the imbalance by as little as 14 %.
   integer, parameter :: most_passes = 12, most_by_law = 40
-  !> Residual that an iterated solution may leave.
+  !> Residual of an iterative solution.
   real(wp), parameter :: digits = 1.0e-6_wp
-  !> Poisson's ratio of the elastic materials, and how much stiffer they are than those that they stand for, so that
-  !> nothing is left of what is of second order in the strains.
+  !> Poisson's ratio of the elastic materials, and their stiffness relative to the materials they represent, so that
+  !> terms of second order in the strains vanish.
   real(wp), parameter :: ratio = 0.3_wp, stiffer = 100.0_wp
-  !> Factor of the one pressure of a cell for them: next to nothing, so that pressures are even to rounding.
+  !> Factor of the uniform cell pressure of these materials: nearly zero, so that pressures are uniform to rounding.
   real(wp), parameter :: even = 1.0e-9_wp
 
-  !> What was out of balance.
+  !> Result of the correction.
   type :: correction_type
-    !> Move of elastic ground as a share of that under its weight, before and after.
+    !> Displacement of elastic soil relative to that under its weight, before and after.
     real(wp) :: before = 0.0_wp, after = 0.0_wp
-    !> Largest change of a component of the stress over the largest stress; 0 where nothing was corrected.
+    !> Largest change of a stress component relative to the largest stress; 0 where nothing was corrected.
     real(wp) :: change = 0.0_wp
-    !> No more has been done than to give cells of one pressure their mean; the forces of the laws are balanced, not
-    !> those of the stresses.
+    !> Only the mean pressure was assigned to cells with uniform pressure; the balance is that of the forces of the laws
+    !> instead of the stresses.
     logical :: evened_only = .false., by_law = .false.
   end type correction_type
 
 contains
 
-  !> Correct the stresses of the points where they move elastic ground by more than `from` and by no more than grids do;
-  !> even them in cells of one pressure. The states of the laws follow.
+  !> Corrects the stresses of the points where they move elastic soil by more than `from` and by no more than is
+  !> attributed to the grid, and equalises them in cells with uniform pressure. The states of the laws are updated.
   subroutine correct_stresses(model, step, from, correction, error)
     type(model_type), intent(inout) :: model
-    !> Scratch of the step.
+    !> Scratch data of the step.
     type(step_type), intent(inout) :: step
     !> Share of the settlement under the own weight.
     real(wp), intent(in) :: from
@@ -100,13 +103,13 @@ contains
     if (correction%change > 0.0_wp) call start_states(model)
   end subroutine correct_stresses
 
-  !> Give cells of one pressure their mean, and find the move that is left.
+  !> Assigns the mean pressure to cells with uniform pressure, and computes the remaining displacement.
   subroutine even_pressures(model, step, own, move, share, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: own(:)
-    !> Move of the elastic ground (components, nodes), and its share.
+    !> Displacement of the elastic soil (components, nodes), and its share.
     real(wp), allocatable, intent(inout) :: move(:, :)
     real(wp), intent(inout) :: share
     !> A point that cannot be updated; failures of the initialisation.
@@ -116,20 +119,20 @@ contains
     model%laws%pressure_factor = merge(even, 0.0_wp, own%pressure_factor > 0.0_wp)
     call initialise_step(model, step, error)
     if (allocated(error)) return
-    ! What weight makes of the pressures inside of a cell is no part of what is evened.
+    ! The pressure variation inside a cell due to weight is not equalised.
     call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
     call take_elastic_stress(model, step, move, error)
     if (.not. allocated(error)) call find_move(model, step, move, share, error)
   end subroutine even_pressures
 
-  !> Correct the stresses by what the materials' own laws have out of balance, where they do not bear them at all
+  !> Corrects the stresses by the imbalance of the laws of the materials, where these do not support them at all
   !> integration points.
   subroutine follow_laws(model, step, own, correction, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     !> Laws of the materials; those of the model are elastic.
     type(law_slot_type), allocatable, intent(inout) :: own(:)
-    !> What was done with elastic ground, and what is done here.
+    !> Result of the correction with elastic soil, updated here.
     type(correction_type), intent(inout) :: correction
     !> Failures of the initialisation.
     type(error_type), allocatable, intent(out) :: error
@@ -144,14 +147,14 @@ contains
     correction%by_law = correction%by_law .or. any(own%pressure_factor > 0.0_wp)
   end subroutine follow_laws
 
-  !> Correct the stresses as long as they get better.
+  !> Repeats the correction as long as the balance improves.
   subroutine repeat_correction(model, step, move, share, own)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
-    !> Move of the elastic ground (components, nodes), and its share.
+    !> Displacement of the elastic soil (components, nodes), and its share.
     real(wp), allocatable, intent(inout) :: move(:, :)
     real(wp), intent(inout) :: share
-    !> Laws whose forces are out of balance, not those of the model.
+    !> Laws whose forces are balanced, instead of those of the model.
     type(law_slot_type), allocatable, intent(inout), optional :: own(:)
     type(error_type), allocatable :: error
     real(wp), allocatable :: best(:, :)
@@ -171,10 +174,10 @@ contains
     model%state%points%stress = best
   end subroutine repeat_correction
 
-  !> Put elastic laws in the place of the materials' own.
+  !> Replaces the laws of the materials by elastic ones.
   subroutine take_elastic_laws(model, own)
     type(model_type), intent(inout) :: model
-    !> Those of the materials.
+    !> Laws of the materials.
     type(law_slot_type), allocatable, intent(out) :: own(:)
     type(error_type), allocatable :: error
     integer :: m
@@ -186,22 +189,22 @@ contains
       call new_law(material_parameters_type(young=stiffer*own(m)%law%stiffness_scale, poisson=ratio), &
         merge(3, 2, model%analysis%model == three_dimensional), kinematics_jaumann, rate_midpoint, model%laws(m)%law, &
         error)
-      ! A model of a user that tells no modulus.
+      ! A user-defined model without a known modulus.
       if (allocated(error)) allocate (model%laws(m)%law, source=own(m)%law)
     end do
   end subroutine take_elastic_laws
 
-  !> By how much the stresses would move the ground; by nothing where the equations cannot be solved.
+  !> Computes the displacement that the stresses would cause; zero where the equations cannot be solved.
   subroutine find_move(model, step, move, share, error, own)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     !> (components, nodes)
     real(wp), allocatable, intent(out) :: move(:, :)
-    !> Largest move over that under the loads; huge where a law finds no stress.
+    !> Largest displacement relative to that under the loads; huge where a law has no result.
     real(wp), intent(out) :: share
     !> Failures of the initialisation.
     type(error_type), allocatable, intent(out) :: error
-    !> Laws whose forces are out of balance, not those of the model.
+    !> Laws whose forces are balanced, instead of those of the model.
     type(law_slot_type), allocatable, intent(inout), optional :: own(:)
     type(error_type), allocatable :: unsolved
     real(wp), allocatable, dimension(:) :: weight, residual, by_weight, by_residual
@@ -232,8 +235,8 @@ contains
     share = largest_move(step, by_residual)/max(largest_move(step, by_weight), tiny(1.0_wp))
   end subroutine find_move
 
-  !> Largest component of a move of the material points of all processes: nodes beyond the ground, which next to nothing
-  !> holds, are no part of it.
+  !> Returns the largest displacement component of the material points of all processes: nodes outside the soil with
+  !> nearly no support are excluded.
   real(wp) function largest_move(step, move)
     type(step_type), intent(in) :: step
     !> (equations)
@@ -245,7 +248,7 @@ contains
     largest_move = largest(step%team, of_own)
   end function largest_move
 
-  !> The same of this process, and the point that moves so; 0 for none.
+  !> Finds the largest displacement component of this process, and its point; 0 for none.
   subroutine find_largest_move(step, move, most, point)
     type(step_type), intent(in) :: step
     !> (equations)
@@ -271,7 +274,8 @@ contains
     end associate
   end subroutine find_largest_move
 
-  !> Internal forces by the materials' own laws, whose states belong to the stresses of the points.
+  !> Computes the internal forces of the laws of the materials, whose states are consistent with the stresses of the
+  !> points.
   subroutine find_forces(model, step, own, internal, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -296,7 +300,7 @@ contains
     call exchange_laws(model, own)
   end subroutine find_forces
 
-  !> Exchange the laws of the model with others.
+  !> Exchanges the laws of the model with others.
   subroutine exchange_laws(model, others)
     type(model_type), intent(inout) :: model
     type(law_slot_type), intent(inout) :: others(:)
@@ -314,10 +318,10 @@ contains
     end do
   end subroutine exchange_laws
 
-  !> What two forces move, with the blocks of the last evaluation, that of nothing moved.
+  !> Solves for the displacements due to two forces, with the blocks of the last evaluation at zero displacement.
   subroutine elastic_moves(step, weight, residual, by_weight, by_residual, error)
     type(step_type), intent(inout) :: step
-    !> Forces and moves (equations).
+    !> Forces and displacements (equations).
     real(wp), intent(in) :: weight(:), residual(:)
     real(wp), intent(out) :: by_weight(:), by_residual(:)
     !> The equations cannot be solved.
@@ -333,7 +337,7 @@ contains
       residual, digits, by_residual, error)
   end subroutine elastic_moves
 
-  !> Stresses of the points after a move of the elastic ground. Places stay.
+  !> Updates the stresses of the points after a displacement of the elastic soil. Positions do not change.
   subroutine take_elastic_stress(model, step, move, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -345,7 +349,7 @@ contains
     integer, allocatable :: source(:)
 
     soil => soil_of(step%terms)
-    ! Room for an evaluation at the points themselves is made below, and that for the equations is then lost.
+    ! The work space for an evaluation at the points is allocated below, and replaces that of the equations.
     if (soil%updates_points) call evaluate_step(model, step, move, tangent_none)
     call find_point_results(soil, model, step%configuration_type, &
       move(:model%mesh%dimension, :model%space%node_count), source, error)

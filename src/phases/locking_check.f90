@@ -1,12 +1,13 @@
-!> Volumetric locking as a state shows it: pressures that alternate from point to point in material that yields.
+!> Detection of volumetric locking: pressures that alternate from point to point in yielding material.
 !>
 !>   scatter = sqrt( sum V (p - p*)^2 / sum V tau^2 ),   tau^2 = s : s/2
 !>
-!> over the points of a material that yield in shear, or over all that are sheared where a law does not tell; p* is
-!> the pressure of the smooth stress (qsmpm_smooth_stress), linear for every basis. Flow ties the volume of every
-!> point to its shear. Functions that cannot follow at all points of a cell leave pressures there that no load asks for,
-!> as large as the strength, and the load on the body rises with them. What is linear over the cells around a node is no
-!> scatter, so that weight is none. Figures: docs/methods/uniform_pressure.md.
+!> over the points of a material that yield in shear, or over all sheared points where a law does not report yielding;
+!> p* is the pressure of the smooth stress (qsmpm_smooth_stress), linear for every basis. Plastic flow relates the
+!> volume change of every point to its shear. Functions that cannot satisfy this at all points of a cell cause pressures
+!> that are not due to a load, as large as the strength, which increase the load on the body. Pressures that are linear
+!> over the cells around a node are not counted as scatter, so that weight causes none. Figures:
+!> docs/methods/uniform_pressure.md.
 module qsmpm_locking_check
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
@@ -22,18 +23,19 @@ module qsmpm_locking_check
 
   public :: check_locking, pressure_scatter
 
-  !> Scatter that is worth a warning: above 1 loads are a fifth to a third too high, below this by less than a tenth.
+  !> Scatter above which a warning is printed: above 1 loads are a fifth to a third too high, below this value by less
+  !> than a tenth.
   real(wp), parameter :: warned_from = 0.5_wp
-  !> Scatter that two digits show.
+  !> Smallest scatter visible with two digits.
   real(wp), parameter :: told_from = 5.0e-3_wp
-  !> Points whose shear stress is a smaller share of their pressure yield in compression.
+  !> Ratio of shear stress to pressure below which points yield in compression.
   real(wp), parameter :: least_shear = 0.05_wp
   !> Degree of the smooth stress.
   integer, parameter :: linear = 1
 
 contains
 
-  !> Tell the scatter of each material without treatment that yields; a large one is a warning.
+  !> Reports the scatter of each yielding material without treatment of locking; a large one is a warning.
   subroutine check_locking(model, observer)
     type(model_type), intent(in) :: model
     class(observer_type), intent(inout) :: observer
@@ -56,7 +58,7 @@ contains
     end do
   end subroutine check_locking
 
-  !> Scatter of the pressure in a material, over the shear stress; 0 where nothing yields in shear.
+  !> Returns the scatter of the pressure in a material, relative to the shear stress; 0 where nothing yields in shear.
   real(wp) function pressure_scatter(model, material) result(scatter)
     type(model_type), intent(in) :: model
     !> Number of the material.
@@ -90,7 +92,7 @@ contains
     if (shear > 0.0_wp) scatter = sqrt(spread/shear)
   end function pressure_scatter
 
-  !> Mean stress.
+  !> Returns the mean stress.
   pure real(wp) function pressure(stress)
     !> 11, 22, 33, 12[, 13, 23].
     real(wp), intent(in) :: stress(:)
@@ -98,7 +100,7 @@ contains
     pressure = sum(stress(:3))/3.0_wp
   end function pressure
 
-  !> Second invariant of the deviator, s : s/2.
+  !> Returns the second invariant of the deviator, s : s/2.
   pure real(wp) function shear_square(stress)
     !> 11, 22, 33, 12[, 13, 23].
     real(wp), intent(in) :: stress(:)

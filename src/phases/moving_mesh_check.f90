@@ -1,9 +1,10 @@
-!> What goes wrong when the rows of a moving mesh pass through material that stands behind, as warnings.
+!> Warnings about errors that occur when the rows of a moving mesh pass through stationary material.
 !>
-!> Rows that are closer to each other than the material points hold no point at a time: deformation gathers in
-!> them that no point sees, and the resistance falls the farther the mesh moves. Up to one point a row there is no
-!> such error, so an empty cell with material before and behind it tells. And points that see the functions of
-!> one element carry a stress that jumps when they cross its faces. Figures: docs/methods/moving_mesh.md.
+!> Rows that are closer to each other than the material points contain no point at times: deformation localises in them
+!> without affecting any point, and the resistance decreases with the motion of the mesh. With at least one point per
+!> row this error does not occur, so that it is detected by an empty cell with material before and behind it. In
+!> addition, the stress of points with the functions of one element jumps when they cross its faces. Figures:
+!> docs/methods/moving_mesh.md.
 module qsmpm_moving_mesh_check
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: integer_text
@@ -20,27 +21,27 @@ module qsmpm_moving_mesh_check
 
   public :: moving_mesh_check_type, check_moving_mesh, empty_cells, crossing_points
 
-  !> Share of the points that may have crossed faces before it is reported.
+  !> Share of the points that have crossed faces above which this is reported.
   real(wp), parameter :: few_crossings = 0.01_wp
 
-  !> What has been seen and reported so far.
+  !> Results and reports so far.
   type :: moving_mesh_check_type
     !> Number of empty cells last reported.
     integer :: empty_reported = 0
-    !> Points that have come into another cell, counted each time; whether that is reported.
+    !> Number of times that points have moved into another cell; whether it has been reported.
     integer :: crossings = 0
     logical :: crossings_reported = .false.
   end type moving_mesh_check_type
 
 contains
 
-  !> Look at the cells and points after a step.
+  !> Checks the cells and points after a step.
   subroutine check_moving_mesh(model, activation, check, observer)
     !> The model, at the end of a step.
     type(model_type), intent(in) :: model
     !> Cells and points at the start of the step.
     type(activation_type), intent(in) :: activation
-    !> Follows.
+    !> Results and reports so far; updated.
     type(moving_mesh_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
 
@@ -58,7 +59,8 @@ contains
       'BASIS=GIMP or SPLINE2, or INTEGRATION=CELL')
   end subroutine check_moving_mesh
 
-  !> Warn when cells have just lost their last point amid material: once, and again when there are twice as many.
+  !> Warns when cells inside the material have just lost their last point: once, and again when their number has
+  !> doubled.
   subroutine warn_of_empty_cells(model, activation, check, observer)
     !> As for `check_moving_mesh`.
     type(model_type), intent(in) :: model
@@ -81,9 +83,9 @@ contains
       'and results may drift from here on: use *GRID lines with gradually changing distances, or more points per cell')
   end subroutine warn_of_empty_cells
 
-  !> Number of points that are in another cell than at the start of a step.
+  !> Returns the number of points in another cell than at the start of a step.
   pure integer function crossing_points(points, activation) result(number)
-    !> The material points, found again.
+    !> The material points, after point location.
     type(points_type), intent(in) :: points
     !> Cells and points at the start of the step.
     type(activation_type), intent(in) :: activation
@@ -96,12 +98,12 @@ contains
     end do
   end function crossing_points
 
-  !> Cells without points that have active cells before and behind them along an axis.
+  !> Returns the cells without points that have active cells before and behind them along an axis.
   pure function empty_cells(mesh, axis, active) result(cells)
     type(mesh_type), intent(in) :: mesh
-    !> Axis along which rows move.
+    !> Axis along which the rows move.
     integer, intent(in) :: axis
-    !> Cells that hold points (cell_count).
+    !> Cells that contain points (cell_count).
     logical, intent(in) :: active(:)
     integer, allocatable :: cells(:)
     logical :: empty(mesh%cell_count)
@@ -113,7 +115,7 @@ contains
     allocate (cells, source=pack([(c, c=1, mesh%cell_count)], empty))
   end function empty_cells
 
-  !> Whether a cell without points has active neighbours in its own column on both sides.
+  !> Returns whether a cell without points has active neighbours in its own column on both sides.
   pure logical function is_amid(mesh, axis, active, cell) result(amid)
     !> As for `empty_cells`.
     type(mesh_type), intent(in) :: mesh

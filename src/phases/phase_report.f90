@@ -1,6 +1,6 @@
-!> What the log says of the steps of a phase beside the steps themselves: warnings of the stabilisation, of material
-!> that a prescribed set leaves behind and of initial stresses, the active window, and why no equilibrium was found.
-!> Nothing here decides anything.
+!> Log entries about the steps of a phase: warnings about the stabilisation, about material that does not follow a
+!> prescribed set and about initial stresses, the active window, and the reason why no equilibrium was found. The module
+!> does not affect the solution.
 module qsmpm_phase_report
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of
@@ -40,48 +40,48 @@ module qsmpm_phase_report
     warn_of_initial_strength, advise_on_tangent, all_is_held, begin_report, failure_text, overloaded, beyond_text, &
     start_text
 
-  !> A stabilisation that carries more than this is warned of, whatever the deck allows.
+  !> Share of the stabilisation above which a warning is printed for any setting of the deck.
   real(wp), parameter :: much = 5.0e-2_wp
-  !> What the length of a step may change of the stress without being told.
+  !> Change of the stress due to the length of a step above which a warning is printed.
   real(wp), parameter :: long_step = 5.0e-2_wp
-  !> Ground at rest moves by less, in gamma H^2/M.
+  !> Displacement, in gamma H^2/M, below which soil is at rest.
   real(wp), parameter :: still = 1.0e-4_wp
-  !> Share of the excess pore pressure that a phase leaves which has let next to nothing flow away.
+  !> Ratio of the remaining excess pore pressure above which a phase has had nearly no drainage.
   real(wp), parameter :: unchanged = 0.99_wp
 
-  !> What has been reported so far.
+  !> Reports made so far.
   type :: phase_report_type
-    !> Warned that the material does not follow a set of the present phase.
+    !> A warning that the material does not follow a set of the present phase was printed.
     logical :: lag_warned = .false.
-    !> Noted that what a material carries at failure is not unique.
+    !> A note that the strength of a material at failure is not unique was printed.
     logical :: flow_told = .false.
-    !> Noted that the tangent of a user material may be why increments are cut back.
+    !> A note that the tangent of a user-defined material may be the cause of cut-backs was printed.
     logical :: tangent_told = .false.
-    !> Warned that steps are long for a law of a user.
+    !> A warning that steps are long for a user-defined law was printed.
     logical :: length_warned = .false.
-    !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
+    !> Number of steps of the phase with a large share of the stabilisation, largest share and its load factor.
     integer :: stiff_steps = 0
     real(wp) :: worst_share = 0.0_wp, worst_load_factor = 0.0_wp
-    !> Steps of the phase in which it carried more than STABILISATION SHARE and that were borne, and the largest share.
+    !> Number of steps of the phase accepted with more than STABILISATION SHARE, and the largest share.
     integer :: borne_steps = 0
     real(wp) :: largest_borne = 0.0_wp
-    !> Active window that the observer knows of.
+    !> Active window last reported to the observer.
     type(window_type) :: window
-    !> What the rows of a moving mesh have done.
+    !> Results of the rows of a moving mesh.
     type(moving_mesh_check_type) :: rows
-    !> How deep soil is inside of rigid bodies.
+    !> Penetration of soil into rigid bodies.
     type(penetration_check_type) :: penetration
-    !> How the forces on rigid bodies go.
+    !> Force histories of rigid bodies.
     type(contact_check_type) :: contact
-    !> How far points have been carried across held sides of the mesh.
+    !> Points that crossed constrained sides of the mesh.
     type(side_check_type) :: sides
-    !> Largest and mean excess pore pressure when the phase begins.
+    !> Largest and mean excess pore pressure at the start of the phase.
     real(wp) :: excess(2) = 0.0_wp
   end type phase_report_type
 
 contains
 
-  !> What an accepted step shows of solver, mesh and cut bodies.
+  !> Reports the state of solver, mesh and cut bodies after an accepted step.
   subroutine report_step(model, step, penetration, report, observer)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
@@ -107,7 +107,7 @@ contains
     if (.not. is_divided(model%part)) call report_window(model, report, observer)
   end subroutine report_step
 
-  !> Report a change of the active window.
+  !> Reports a change of the active window.
   subroutine report_window(model, report, observer)
     type(model_type), intent(in) :: model
     type(phase_report_type), intent(inout) :: report
@@ -121,11 +121,11 @@ contains
     end associate
   end subroutine report_window
 
-  !> Warn of the first step whose length counts; where the deck bounds that error, of the first that is as short as
-  !> steps may be and still beyond it.
+  !> Warns of the first step with a significant error due to its length; where the deck bounds that error, of the first
+  !> step of the smallest length that still exceeds the bound.
   subroutine report_length(load_factor, step_error, bound, report, observer)
     real(wp), intent(in) :: load_factor
-    !> Error by the length of the step, as a share of the stress, and the deck's bound, 0 for none.
+    !> Error due to the length of the step, as a share of the stress, and bound in the deck, 0 for none.
     real(wp), intent(in) :: step_error, bound
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
@@ -144,10 +144,10 @@ contains
       '*CONTROLS')
   end subroutine report_length
 
-  !> Warn of the first step of a phase in which the stabilisation carries much, and remember the worst.
+  !> Warns of the first step of a phase with a large share of the stabilisation, and stores the largest share.
   subroutine report_stabilisation(load_factor, share, allowed, report, observer)
     real(wp), intent(in) :: load_factor
-    !> Share of the stabilisation in the step, and what the deck allows.
+    !> Share of the stabilisation in the step, and share allowed in the deck.
     real(wp), intent(in) :: share, allowed
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
@@ -166,7 +166,7 @@ contains
     report%worst_load_factor = load_factor
   end subroutine report_stabilisation
 
-  !> What a phase has to say of its results where it ends.
+  !> Reports on the results of a phase at its end.
   subroutine report_phase(model, cut, report, observer)
     type(model_type), intent(in) :: model
     type(cut_cell_check_type), intent(inout) :: cut
@@ -203,7 +203,7 @@ contains
     report%flow_told = len(notes) > 0
   end subroutine report_phase
 
-  !> What is known at the start of a phase.
+  !> Initialises the reports at the start of a phase.
   subroutine begin_report(model, report)
     type(model_type), intent(in) :: model
     type(phase_report_type), intent(inout) :: report
@@ -212,7 +212,7 @@ contains
     report%excess = excess_of(model)
   end subroutine begin_report
 
-  !> Largest excess pore pressure of ground that consolidates, and its mean over the volume.
+  !> Returns the largest excess pore pressure of consolidating soil, and its mean over the volume.
   function excess_of(model) result(excess)
     type(model_type), intent(in) :: model
     real(wp) :: excess(2), sums(2)
@@ -225,10 +225,10 @@ contains
     end associate
   end function excess_of
 
-  !> What a phase in which ground consolidates has left of the excess pore pressure; one that waits for nothing is told.
+  !> Reports the remaining excess pore pressure of a phase with consolidation, and a phase without drainage.
   subroutine report_excess(model, before, observer)
     type(model_type), intent(in) :: model
-    !> Largest and mean when it began.
+    !> Largest and mean excess pore pressure at the start of the phase.
     real(wp), intent(in) :: before(2)
     class(observer_type), intent(inout) :: observer
     real(wp) :: now(2)
@@ -246,7 +246,8 @@ contains
     end associate
   end subroutine report_excess
 
-  !> How far ground that began with K0 stresses has moved: a length, and a share of what its own weight would settle it.
+  !> Returns the displacement of soil that started with K0 stresses: a length, and its ratio to the settlement under its
+  !> own weight.
   pure function start_text(progress, phase, unit) result(text)
     type(progress_type), intent(in) :: progress
     !> Name of the phase, and of the unit of length, '-' where the deck has none.
@@ -269,7 +270,7 @@ contains
     end associate
   end function start_text
 
-  !> Warn once in a phase of material that does not follow a prescribed set.
+  !> Warns once in a phase of material that does not follow a prescribed set.
   subroutine warn_of_lag(warning, report, observer)
     !> Empty or unallocated for none.
     character(len=:), allocatable, intent(in) :: warning
@@ -282,11 +283,11 @@ contains
     report%lag_warned = .true.
   end subroutine warn_of_lag
 
-  !> Tell once, where an increment is cut back for want of convergence, that the tangent a user material returns may be
-  !> the reason.
+  !> Notes once, where an increment is cut back because of non-convergence, that the tangent of a user-defined material
+  !> may be the cause.
   subroutine advise_on_tangent(model, cause, report, observer)
     type(model_type), intent(in) :: model
-    !> Why the increment is cut back, one of the error codes.
+    !> Cause of the cut-back, one of the error codes.
     integer, intent(in) :: cause
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
@@ -296,7 +297,7 @@ contains
     do m = 1, size(model%analysis%materials)
       associate (material => model%analysis%materials(m), user => model%analysis%materials(m)%user)
         if (.not. user%given .or. user%tangent == model_tangent_numerical) cycle
-        ! AUTO differentiates a UDSM that has no tangent.
+        ! AUTO differentiates numerically a UDSM without tangent.
         if (user%interface /= interface_umat .and. user%tangent == model_tangent_auto) cycle
         call observer%note("material '"//material%name//"': if its tangent is not the derivative of its stress, "// &
           'increments are cut back for that reason alone; TANGENT=NUMERICAL of *USER MATERIAL differentiates '// &
@@ -307,7 +308,7 @@ contains
     end do
   end subroutine advise_on_tangent
 
-  !> Warn of initial stresses that the soil cannot carry.
+  !> Warns of initial stresses that exceed the strength of the soil.
   subroutine warn_of_initial_strength(model, observer)
     type(model_type), intent(in) :: model
     class(observer_type), intent(inout) :: observer
@@ -330,8 +331,8 @@ contains
       '); the first step returns it to the yield surface, and displacements follow: change k0 of *K0 or *INITIAL')
   end subroutine warn_of_initial_strength
 
-  !> Warn of a material whose law begins with a constant stiffness at most of its points: its SMALLEST PRESSURE is in
-  !> another unit, mostly.
+  !> Warns of a material whose law begins with a constant stiffness at most of its points: in most cases its SMALLEST
+  !> PRESSURE is given in another unit.
   subroutine warn_of_low_pressure(model, number, observer)
     type(model_type), intent(in) :: model
     !> Number of the material.
@@ -355,7 +356,8 @@ contains
       ': its stiffness is constant there. The default is meant for kPa: give it in the units of the deck')
   end subroutine warn_of_low_pressure
 
-  !> Why a phase ends without its load: pieces without support where there are any, else the residual of the last solve.
+  !> Returns the reason why a phase ends before its full load: parts without support if there are any, otherwise the
+  !> residual of the last solve.
   function failure_text(model, step, phase, outcome) result(message)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
@@ -372,7 +374,7 @@ contains
     if (len(unsupported) > 0) then
       message = message//'; '//unsupported
     else if (outcome%out_of_balance < huge(1.0_wp) .and. outcome%worst_label > 0) then
-      ! Without a stress there is no residual, and none is named where equilibrium was found.
+      ! Without a stress there is no residual, and none is reported where equilibrium was found.
       write (text, '(a,es9.2,a,i0,a,3(1x,es11.4))') '; out of balance ', outcome%out_of_balance, ', most at node ', &
         outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
       message = message//trim(text)
@@ -393,11 +395,11 @@ contains
     end if
   end function failure_text
 
-  !> Why a phase ends between a load that is carried and one, near it, that was refused.
+  !> Returns the outcome of a phase that ends between a load that is supported and a rejected one close to it.
   pure type(outcome_type) function overloaded(model, phase, reason) result(outcome)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
-    !> Why it was; not known where the run went on from a file.
+    !> Reason of the rejection; not known after a restart.
     character(len=*), intent(in), optional :: reason
 
     outcome%reason = 'no equilibrium at load factor '//factor_text(phase%load_factor* &
@@ -405,7 +407,7 @@ contains
     if (present(reason)) outcome%reason = outcome%reason//': '//reason
   end function overloaded
 
-  !> Up to where the triangles have carried the load of their phase, and how compliant they were.
+  !> Returns a text on the load up to which the body-fitted mesh was in equilibrium, and its compliance there.
   pure function beyond_text(phase, progress) result(text)
     type(phase_type), intent(in) :: phase
     type(progress_type), intent(in) :: progress
@@ -419,10 +421,11 @@ contains
       rounded_text(relative_compliance(progress%limit), 2)//' times as far as in the first step'
   end function beyond_text
 
-  !> Whether no piece hangs on nothing: on a grid a gap narrower than its functions would hold one up unseen.
+  !> Returns whether all parts of the body are supported: on a grid a gap narrower than the support of its functions
+  !> would transmit forces without notice.
   logical function all_is_held(model, step) result(held)
     type(model_type), intent(in) :: model
-    !> Scratch of the step that failed.
+    !> Scratch data of the failed step.
     type(step_type), intent(in) :: step
     character(len=:), allocatable :: unsupported
 
@@ -430,7 +433,7 @@ contains
     held = len(unsupported) == 0
   end function all_is_held
 
-  !> Say which pieces hang on nothing. Each process of a team looks at its part as it stands now.
+  !> Reports which parts are unsupported. Each process of a team checks its part in its present state.
   subroutine find_unsupported_parts(model, step, text)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
@@ -450,7 +453,7 @@ contains
     if (.not. any_of(model%part%team, allocated(error))) call describe_unsupported_parts(present, start, text)
   end subroutine find_unsupported_parts
 
-  !> A share in percent.
+  !> Returns a share in percent.
   pure function percent_text(share) result(text)
     real(wp), intent(in) :: share
     character(len=:), allocatable :: text
@@ -460,7 +463,7 @@ contains
     text = trim(adjustl(buffer))//' %'
   end function percent_text
 
-  !> A load factor.
+  !> Returns a load factor as text.
   pure function factor_text(load_factor) result(text)
     real(wp), intent(in) :: load_factor
     character(len=:), allocatable :: text

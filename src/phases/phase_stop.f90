@@ -1,5 +1,5 @@
-!> A phase that ends where a history reaches a value (*STOP): whether an accepted step has reached it, or went past it
-!> and is taken again, shorter; in a search for a factor of safety with a smaller factor. The rule is that of
+!> End of a phase where a history reaches a value (*STOP): checks whether an accepted step has reached it, or exceeded
+!> it and is repeated with a smaller length, in a safety search with a smaller factor. The rule is that of
 !> qsmpm_phase_stops.
 module qsmpm_phase_stop
   use qsmpm_kinds, only: wp
@@ -16,16 +16,16 @@ module qsmpm_phase_stop
 
   public :: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
 
-  !> The start of a step; nothing is kept for a phase without stops.
+  !> State at the start of a step; empty for a phase without stops.
   type :: step_before_type
     type(state_type) :: state
-    !> Histories of the stops (stops).
+    !> Values of the histories of the stops (stops).
     real(wp), allocatable :: values(:)
   end type step_before_type
 
 contains
 
-  !> Remember the start of a step.
+  !> Stores the start of a step.
   subroutine remember_start(model, phase, before)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
@@ -36,13 +36,13 @@ contains
     before%values = values_of(model, phase%stops)
   end subroutine remember_start
 
-  !> Whether an accepted step went past the value of a stop: then the state is that before it again, and the next step
-  !> is planned to end there. Where it ends there the phase is stopped.
+  !> Returns whether an accepted step exceeded the value of a stop: the state before it is then restored, and the next
+  !> step is planned to end at the value. Where the step ends at the value the phase is stopped.
   logical function must_be_shorter(model, phase, before, length) result(shorter)
     type(model_type), intent(inout) :: model
     type(phase_type), intent(in) :: phase
     type(step_before_type), intent(in) :: before
-    !> Of the step, as a load fraction.
+    !> Length of the step as a load fraction.
     real(wp), intent(in) :: length
     real(wp) :: share, next
 
@@ -61,9 +61,9 @@ contains
     end if
   end function must_be_shorter
 
-  !> Whether a stable factor of a search went past the value of a stop: then the state is that before it again, and
-  !> the next factor is planned to be where the history reaches it, unless that is within the tolerance of the search.
-  !> Where it ends there the phase is stopped.
+  !> Returns whether a stable factor of a search exceeded the value of a stop: the state before it is then restored, and
+  !> the next factor is planned where the history reaches the value, unless that is within the tolerance of the search.
+  !> Where the factor is at the value the phase is stopped.
   logical function must_be_smaller(model, phase, before) result(smaller)
     type(model_type), intent(inout) :: model
     type(phase_type), intent(in) :: phase
@@ -86,7 +86,7 @@ contains
     end if
   end function must_be_smaller
 
-  !> Values of what stops name: histories, or the factor of a safety phase.
+  !> Returns the values to which stops refer: histories, or the factor of a safety phase.
   function values_of(model, stops) result(values)
     type(model_type), intent(in) :: model
     type(stop_type), intent(in) :: stops(:)
@@ -104,7 +104,7 @@ contains
     end do
   end function values_of
 
-  !> Which value has ended a phase, and where.
+  !> Returns a text on the value that has ended a phase, and the point reached.
   function text_of_stop(model, phase) result(text)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase

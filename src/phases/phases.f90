@@ -1,6 +1,5 @@
-!> The run: phase after phase, step after step (the outer loop of the paper's section 3), by the rules of
-!> qsmpm_step_length. The observer is notified of phases and of every accepted step; sentences for the log are left to
-!> qsmpm_phase_report.
+!> The run: the loop over phases and steps (the outer loop of the paper's section 3), by the rules of qsmpm_step_length.
+!> The observer is notified of phases and of every accepted step; messages for the log are formed in qsmpm_phase_report.
 module qsmpm_phases
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of
@@ -53,32 +52,33 @@ module qsmpm_phases
   public :: step_loop_type, begin_step_loop, advance_step_loop, leave_lost_phase, end_phase, end_step_loop, &
     is_finished, error_stopped
 
-  !> Growth of the largest part over the mean from which a model is divided anew.
+  !> Growth of the ratio of the largest part to the mean above which a model is divided again.
   real(wp), parameter :: most_growth = 1.25_wp
 
-  !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
+  !> State of a run between two steps. A run that advances by itself and one that is advanced by a program give
+  !> byte-identical results.
   type :: step_loop_type
-    !> Scratch of the step: pattern and factors of the equations, times.
+    !> Scratch data of the step: pattern and factors of the equations, times.
     type(step_type) :: step
-    !> The loads of the present phase are in force.
+    !> The loads of the present phase are applied.
     logical :: begun = .false.
-    !> The observer knows that the present phase has ended.
+    !> The observer has been notified of the end of the present phase.
     logical :: end_notified = .false.
-    !> Load fraction of the phase that no step goes beyond.
+    !> Upper bound of the load fraction at the end of a step.
     real(wp) :: limit = 1.0_wp
     type(phase_report_type) :: report
-    !> Who solves: the method, unless a test has put a script here.
+    !> Solver: the method, unless a test has set a script.
     class(step_solver_type), allocatable :: solver
-    !> Who shares the run: every process begins phases and steps with its part of the model.
+    !> Processes that share the run: each begins phases and steps with its part of the model.
     type(team_type) :: team
-    !> Points of the largest part over the mean when the model was divided last; 0 for a model whose division has not
-    !> been told.
+    !> Ratio of the number of points of the largest part to the mean at the last division; 0 for a model whose division
+    !> has not been reported.
     real(wp) :: unevenness = 0.0_wp
   end type step_loop_type
 
 contains
 
-  !> Make ready to step on from where the model stands.
+  !> Prepares to advance from the present state of the model.
   subroutine begin_step_loop(model, profile, loop)
     type(model_type), intent(inout) :: model
     !> Time and work so far.
@@ -94,7 +94,7 @@ contains
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine begin_step_loop
 
-  !> Give back what the solver holds, and the times.
+  !> Releases the data of the solver, and returns the times.
   subroutine end_step_loop(loop, profile)
     type(step_loop_type), intent(inout) :: loop
     !> Time and work of the run.
@@ -106,7 +106,7 @@ contains
     profile = loop%step%profile
   end subroutine end_step_loop
 
-  !> Whether the last phase has ended and the observer knows.
+  !> Returns whether the last phase has ended and the observer has been notified.
   pure logical function is_finished(model, loop)
     type(model_type), intent(in) :: model
     type(step_loop_type), intent(in) :: loop
@@ -115,8 +115,8 @@ contains
     if (model%state%progress%phase == size(model%analysis%phases)) is_finished = loop%begun .and. loop%end_notified
   end function is_finished
 
-  !> One accepted step: the first one of a phase begins it, the last one ends it. Where a run is resumed at the
-  !> end of the last phase, the observer is only notified of that.
+  !> Advances by one accepted step: the first one of a phase begins it, the last one ends it. Where a run is resumed at
+  !> the end of the last phase, the observer is only notified of that.
   subroutine advance_step_loop(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -129,7 +129,7 @@ contains
     if (allocated(error)) call put_together(model, loop, error)
   end subroutine advance_step_loop
 
-  !> The same with the part of the model that this process has.
+  !> Advances the part of the model on this process.
   subroutine advance(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -162,11 +162,11 @@ contains
     end if
   end subroutine advance
 
-  !> Go over to the grid that follows a mesh which is worn.
+  !> Continues on the background grid after a mesh that has become too distorted.
   subroutine change_background(model, loop, reason, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
-    !> Why, for the log.
+    !> Reason, for the log.
     character(len=*), intent(in) :: reason
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
@@ -178,7 +178,7 @@ contains
     call observer%note(note//': '//reason)
   end subroutine change_background
 
-  !> Give every process of the team its part of the model; alone it keeps the whole.
+  !> Divides the model among the processes of the team; a single process keeps the whole.
   subroutine take_parts(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -194,8 +194,9 @@ contains
     call reset_division(model, loop)
   end subroutine take_parts
 
-  !> Divide a model anew whose largest part has grown by much against the others, and one whose state was written: a run
-  !> that goes on from the file shares the points as they lie there, and is to give the bytes of this one.
+  !> Divides a model again whose largest part has grown considerably relative to the others, and one whose state was
+  !> written: a run that continues from the file divides the points by their present positions, and must give
+  !> byte-identical results.
   subroutine even_parts(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -216,7 +217,7 @@ contains
     call reset_division(model, loop)
   end subroutine even_parts
 
-  !> The model is divided in another way: equations of a former division are none of this one.
+  !> Resets the data that depend on the division of the model: the equations of a previous division are not valid.
   subroutine reset_division(model, loop)
     type(model_type), intent(in) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -226,7 +227,7 @@ contains
     if (allocated(loop%step%equations%number)) deallocate (loop%step%equations%number)
   end subroutine reset_division
 
-  !> The whole model on every process again; a former error stays.
+  !> Assembles the whole model on every process; a previous error is retained.
   subroutine put_together(model, loop, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -240,7 +241,7 @@ contains
     call reset_division(model, loop)
   end subroutine put_together
 
-  !> The whole model on every process where the observer of any of them needs it.
+  !> Assembles the whole model on every process where the observer of any of them requires it.
   subroutine join_for(observer, model, loop, error)
     class(observer_type), intent(inout) :: observer
     type(model_type), intent(inout) :: model
@@ -250,14 +251,14 @@ contains
     if (any_of(loop%team, observer%needs_model(model))) call put_together(model, loop, error)
   end subroutine join_for
 
-  !> Put the loads of the present phase in force: from its start, or where the run was interrupted.
+  !> Applies the loads of the present phase: from its start, or where the run was interrupted.
   subroutine begin_or_resume(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
-    ! A search for a factor of safety takes its steps at the loads of its start.
+    ! A safety search takes its steps at the loads of its start.
     if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0 .or. &
       is_lost(model%state%progress)) then
       call resume_phase(model)
@@ -268,13 +269,12 @@ contains
     loop%begun = .not. allocated(error)
   end subroutine begin_or_resume
 
-  !> The phase to come, 0 when the run has ended. What starts from a phase that has not carried its load is left
-  !> out.
+  !> Chooses the next phase, 0 when the run has ended. Phases that start from a phase without its full load are skipped.
   subroutine choose_next_phase(model, observer, next, error)
     type(model_type), intent(in) :: model
     class(observer_type), intent(inout) :: observer
     integer, intent(out) :: next
-    !> error_not_converged: a phase was left out and none is to come.
+    !> error_not_converged: a phase was skipped and none remains.
     type(error_type), allocatable, intent(out) :: error
     integer :: p
 
@@ -293,13 +293,13 @@ contains
     end associate
   end subroutine choose_next_phase
 
-  !> Go on without a phase that was lost, where phases are left that do not start from it or another one was lost
-  !> before. Otherwise, and where something else has ended the run, the error stays, and the step can be tried again.
+  !> Continues without a failed phase, where phases remain that do not start from it or another one has failed before.
+  !> Otherwise, and where another error has ended the run, the error is returned, and the step can be tried again.
   subroutine leave_lost_phase(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
-    !> What has ended the phase; then what ends the run.
+    !> Error that ended the phase on entry; error that ends the run on return.
     type(error_type), allocatable, intent(inout) :: error
     integer :: next
 
@@ -320,12 +320,12 @@ contains
     if (next == 0 .and. .not. allocated(error)) call need_all_phases(model, error)
   end subroutine leave_lost_phase
 
-  !> Begin the current phase; initial stresses must be in equilibrium.
+  !> Begins the current phase; initial stresses must be in equilibrium.
   subroutine enter_phase(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
-    !> Initial stresses out of balance, or a body that cannot be put in place.
+    !> Initial stresses out of balance, or a body that cannot be placed.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: notes
 
@@ -342,7 +342,7 @@ contains
     call begin_contact_check(model, loop%report%contact)
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind /= initial_keep) then
-        ! Of the stresses as given, before they are corrected for the grid.
+        ! Warnings refer to the stresses as given, before they are corrected for the grid.
         call warn_of_initial_strength(model, observer)
         call check_initial_balance(model, loop%step, phase, observer, error)
         if (allocated(error)) return
@@ -360,7 +360,7 @@ contains
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine enter_phase
 
-  !> Keep what later phases start from, and notify the observer that the phase has ended.
+  !> Stores the state from which later phases start, and notifies the observer that the phase has ended.
   subroutine end_phase(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -385,7 +385,7 @@ contains
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine end_phase
 
-  !> Try until a step is accepted, or what the phase looks for is found: then it ends.
+  !> Attempts steps until one is accepted, or until the result of the phase is found, which ends it.
   subroutine reach_step(model, loop, phase, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -408,7 +408,7 @@ contains
     if (.not. allocated(error)) call test_constant_load(model, loop%step, loop%solver, phase, observer, error)
   end subroutine reach_step
 
-  !> The next load of the phase, or the next strength of its run-out.
+  !> Attempts the next load of the phase, or the next strength of its run-out.
   subroutine reach_load(model, loop, phase, observer, record, accepted, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -468,19 +468,20 @@ contains
     end do
     accepted = .true.
     call note_repeats(observer, repeats)
-    ! Where a grid was asked for, steps that grow find what follows a collapse (wide_ground/cavity_collapses).
+    ! On a grid without a preceding body-fitted mesh growing steps find the equilibrium after a collapse
+    ! (wide_ground/cavity_collapses).
     outcome%was_cut = allocated(loop%step%reported_reason) .and. allocated(model%analysis%backgrounds)
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
     if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     call warn_of_lag(outcome%warning, loop%report, observer)
   end subroutine reach_load
 
-  !> Tell why an increment is cut back, once where the reason stays the same.
+  !> Reports why an increment is cut back, once while the reason does not change.
   subroutine note_cut(observer, reason, step, repeats)
     class(observer_type), intent(inout) :: observer
     character(len=*), intent(in) :: reason
     type(step_type), intent(inout) :: step
-    !> Cuts for the same reason that are not in the log.
+    !> Number of cut-backs for the same reason that are not in the log.
     integer, intent(inout) :: repeats
 
     if (is_reported(step, reason)) then
@@ -492,7 +493,7 @@ contains
     step%reported_reason = reason
   end subroutine note_cut
 
-  !> Tell how often an increment was cut back again for the reason that is in the log.
+  !> Reports how often an increment was cut back again for the reason in the log.
   subroutine note_repeats(observer, repeats)
     class(observer_type), intent(inout) :: observer
     integer, intent(inout) :: repeats
@@ -501,7 +502,7 @@ contains
     repeats = 0
   end subroutine note_repeats
 
-  !> The next stable factor of a safety phase; where there is none its factor of safety is found.
+  !> Finds the next stable factor of a safety phase; where there is none its factor of safety is found.
   subroutine reach_factor(model, loop, phase, observer, record, accepted, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -541,7 +542,7 @@ contains
     end if
   end subroutine reach_factor
 
-  !> Points, equations and histories at the end of an accepted step.
+  !> Adds points, equations and histories at the end of an accepted step to the record.
   subroutine complete_record(model, step, record)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
@@ -560,7 +561,7 @@ contains
     call take_histories(model, record%histories)
   end subroutine complete_record
 
-  !> Notify the observer of an accepted step, with the whole model where that is wanted.
+  !> Notifies the observer of an accepted step, with the whole model where requested.
   subroutine notify_step(model, loop, record, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -577,7 +578,7 @@ contains
     if (.not. allocated(error)) call observer%accepted(model, record, error)
     call agree(loop%team, error)
     if (.not. allocated(error)) call take_parts(model, loop, observer, error)
-    ! What has been put together is shared as the points lie now.
+    ! After the model was assembled it is divided by the present positions of the points.
     if (.not. (allocated(error) .or. joins)) call even_parts(model, loop, observer, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
       model%analysis%phases(model%state%progress%phase)%controls%stabilisation_share, loop%report, observer)

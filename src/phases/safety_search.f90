@@ -1,9 +1,9 @@
-!> The search for a factor of safety: strengths divided by the factors that qsmpm_safety_bracket asks for, each tried
-!> from the last stable state by static steps alone. Where none is found the state is that before, so that the last
+!> Search for a factor of safety: strengths divided by the factors of qsmpm_safety_bracket, each tried from the last
+!> stable state by static steps only. Where no equilibrium is found the previous state is restored, so that the last
 !> stable state and its strength are those at the end.
 !>
-!> The way the body fails is that of damped sub-steps at the smallest lost factor: the drag carries what the strength
-!> does not, and the displacements are those of the mechanism. The state is put back.
+!> The failure mechanism is obtained by damped sub-steps at the smallest factor without equilibrium: the damping force
+!> balances the missing strength, and the displacements are those of the mechanism. The state is restored afterwards.
 module qsmpm_safety_search
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: agree, any_of
@@ -34,25 +34,27 @@ module qsmpm_safety_search
   public :: find_stable_factor, settle_lost_factor, end_search, tell_factor, &
     show_mechanism, set_strength, runout_factor, share_note
 
-  !> Stable factors of a search, at most.
+  !> Largest number of stable factors of a search.
   integer, parameter :: most_factors = 100
-  !> Sub-steps that show a mechanism, at most.
+  !> Largest number of sub-steps for a mechanism.
   integer, parameter :: most_substeps = 30
-  !> A body gives way where the drag carries this share of what it did at a way so many times shorter.
+  !> A body fails if the damping force remains at least at this share of its maximum while the displacement grows by
+  !> this factor.
   real(wp), parameter :: as_much = 0.9_wp, much_longer = 2.0_wp
-  !> Sub-steps in which the stabilisation fades, and before which nothing is judged unless the way is long.
+  !> Number of sub-steps in which the stabilisation is reduced, and before which nothing is assessed unless the
+  !> displacement is large.
   integer, parameter :: most_fades = 3
-  !> Sub-steps in which a body that does not give way is to come to rest, at most.
+  !> Largest number of sub-steps in which a body that does not fail must reach equilibrium.
   integer, parameter :: most_to_rest = 20
-  !> Re-equilibrations of a try, at most: after six the stabilisation is as weak as it may be.
+  !> Largest number of re-equilibrations of a trial: after six the stabilisation has its smallest allowed value.
   integer, parameter :: most_reequilibrations = 8
-  !> Factor on the stabilisation from one re-equilibration to the next, at most: every try is near a limit load. What
-  !> it may carry, at most: a run-out may allow more.
+  !> Upper bound of the factor on the stabilisation from one re-equilibration to the next, because every trial is near a
+  !> limit load, and of the share of the stabilisation, which a run-out may exceed.
   real(wp), parameter :: largest_fade = 0.1_wp, largest_share = 5.0e-3_wp
 
 contains
 
-  !> Try factors until one is stable, or the bracket found: then no step is accepted.
+  !> Tries factors until one is stable, or the bracket is found: then no step is accepted.
   subroutine find_stable_factor(model, step, solver, phase, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -61,7 +63,7 @@ contains
     class(observer_type), intent(inout) :: observer
     type(step_record_type), intent(inout) :: record
     type(outcome_type), intent(out) :: outcome
-    !> What ends the run; the state is that of the last stable factor.
+    !> Error that ends the run; the state is that of the last stable factor.
     type(error_type), allocatable, intent(out) :: error
 
     do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance, has_named_strength(model)))
@@ -77,8 +79,8 @@ contains
     end do
   end subroutine find_stable_factor
 
-  !> Where the body comes to rest at the lost factor of the bracket, there is an equilibrium that was not found: it is
-  !> sought by damped sub-steps, and the search goes on from there.
+  !> Finds the equilibrium by damped sub-steps where the body comes to rest at the factor without equilibrium of the
+  !> bracket, and continues the search from there.
   subroutine settle_lost_factor(model, step, solver, phase, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -100,7 +102,7 @@ contains
     end associate
   end subroutine settle_lost_factor
 
-  !> A safety phase as it is searched.
+  !> Returns the description of a safety phase with the controls of the search.
   pure type(phase_type) function search_phase(phase) result(search)
     type(phase_type), intent(in) :: phase
 
@@ -112,7 +114,7 @@ contains
     search%controls%in_place = phase%safety%geometry == geometry_fixed
   end function search_phase
 
-  !> Try a factor, and note in the bracket how it went. Where there is no equilibrium the strength is that before.
+  !> Tries a factor, and records the result in the bracket. Without equilibrium the previous strength is restored.
   subroutine try_factor(model, step, solver, search, factor, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -144,7 +146,7 @@ contains
     call observer%note('no equilibrium at strength/'//rounded_text(factor, 6)//': '//outcome%reason)
   end subroutine try_factor
 
-  !> What a search lets the stabilisation carry, where the deck gives it more; empty where it does not.
+  !> Returns a note on the share of the stabilisation allowed in a search, where the deck allows more; otherwise empty.
   pure function share_note(phase) result(text)
     type(phase_type), intent(in) :: phase
     character(len=:), allocatable :: text
@@ -160,7 +162,7 @@ contains
     end if
   end function share_note
 
-  !> Put a strength in force.
+  !> Sets the strength in force.
   subroutine set_strength(model, factor)
     type(model_type), intent(inout) :: model
     real(wp), intent(in) :: factor
@@ -169,7 +171,7 @@ contains
     call fit_laws(model)
   end subroutine set_strength
 
-  !> Strength of the run-out at a fraction of the phase: it falls from that of the last stable factor.
+  !> Returns the strength factor of the run-out at a fraction of the phase, from that of the last stable factor.
   pure real(wp) function runout_factor(model, phase, fraction) result(factor)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
@@ -180,11 +182,11 @@ contains
     end associate
   end function runout_factor
 
-  !> The bracket is found: tell it, and end the phase unless a run-out follows.
+  !> Reports the bracket found, and ends the phase unless a run-out follows.
   subroutine end_search(model, phase, outcome, observer, error)
     type(model_type), intent(inout) :: model
     type(phase_type), intent(in) :: phase
-    !> Of the last try.
+    !> Outcome of the last trial.
     type(outcome_type), intent(in) :: outcome
     class(observer_type), intent(inout) :: observer
     !> error_not_converged: there is no equilibrium at any factor.
@@ -217,10 +219,10 @@ contains
     end associate
   end subroutine end_search
 
-  !> What helps where soil has no strength at its surface; empty where all have a cohesion.
+  !> Returns a remedy where soil has no strength at its surface; empty where all soils have a cohesion.
   pure function cohesion_note(model) result(text)
     type(model_type), intent(in) :: model
-    !> Cohesion over the weight of a cell.
+    !> Cohesion relative to the weight of a cell.
     real(wp), parameter :: share = 0.015_wp
     character(len=:), allocatable :: text
     integer :: m
@@ -236,7 +238,7 @@ contains
     end do
   end function cohesion_note
 
-  !> Why the last try was lost.
+  !> Returns the reason why the last trial failed.
   pure function lost_for(outcome) result(reason)
     type(outcome_type), intent(in) :: outcome
     character(len=:), allocatable :: reason
@@ -245,7 +247,7 @@ contains
     if (allocated(outcome%reason)) reason = outcome%reason
   end function lost_for
 
-  !> Tell what was found, and keep it.
+  !> Reports the result, and stores it.
   subroutine tell_factor(model, phase, observer)
     type(model_type), intent(inout) :: model
     type(phase_type), intent(in) :: phase
@@ -255,16 +257,17 @@ contains
     call add_factor(model%state%progress)
   end subroutine tell_factor
 
-  !> Show the way the body fails at the smallest lost factor, and note whether it does; the model is what it was.
+  !> Computes the failure mechanism at the smallest factor without equilibrium, and determines whether the body fails;
+  !> the model is then restored.
   subroutine show_mechanism(model, step, solver, phase, observer, rests, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
     type(phase_type), intent(in) :: phase
     class(observer_type), intent(inout) :: observer
-    !> It comes to rest.
+    !> The body reaches equilibrium.
     logical, intent(out) :: rests
-    !> What ends the run.
+    !> Error that ends the run.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
     type(own_part_type) :: part
@@ -277,7 +280,7 @@ contains
     model%state%points%initial_position = model%state%points%position
     call reset_strains(model%state%points)
     call give_way(model, step, solver, phase%controls, moved, gives_way, rests, error)
-    ! Where the observer is shown the whole, the parts are put back with the state.
+    ! Where the observer receives the whole model, its division is restored with the state.
     part = model%part
     if (gives_way) call observer%note_lines(spot_note(model))
     if (moved .and. .not. rests) call observer%note_lines(blurred_note(model))
@@ -287,7 +290,7 @@ contains
     model%state%progress%bracket%mechanism = gives_way
   end subroutine show_mechanism
 
-  !> Show the observer what moves, the whole where it asks for that.
+  !> Shows the observer the mechanism, with the whole model where requested.
   subroutine show_whole(model, observer, error)
     type(model_type), intent(inout) :: model
     class(observer_type), intent(inout) :: observer
@@ -300,16 +303,15 @@ contains
     end associate
   end subroutine show_whole
 
-  !> Damped sub-steps on places that stay, so that a mechanism goes on for ever. The body gives way where the drag goes
-  !> on carrying what it did while the way gets much longer; it is at rest where the drag and the stabilisation, which
-  !> fades, carry nothing. Initial places are drawn back, for the displacement.
+  !> Performs damped sub-steps at fixed positions, so that a mechanism continues without limit. The body fails where the
+  !> damping force is maintained while the displacement grows by a large factor; it is at rest where damping and the
+  !> decreasing stabilisation carry no force. Initial positions are shifted backwards to accumulate the displacement.
   subroutine give_way(model, step, solver, controls, moved, gives_way, rests, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
     type(controls_type), intent(in) :: controls
-    !> Whether there was a sub-step, and whether the body gives way; whether it comes to rest, unchanged where it does
-    !> not.
+    !> Whether there was a sub-step, and whether the body fails; whether it comes to rest, unchanged where it does not.
     logical, intent(out) :: moved, gives_way
     logical, intent(inout) :: rests
     type(error_type), allocatable, intent(out) :: error
@@ -327,7 +329,8 @@ contains
     given = controls
     given%in_place = .true.
     associate (fraction => model%state%progress%fraction)
-      ! Forces at the start, from which the first drag is taken: the last solve may be another one.
+      ! Evaluates the forces at the start, from which the first damping is computed: the last solve may be a different
+      ! one.
       given%max_iterations = 0
       given%extrapolation = .false.
       call solver%solve(model, step, given, static_attempt(given, fraction, fraction, move), solution, error)
@@ -362,10 +365,10 @@ contains
     end associate
   end subroutine give_way
 
-  !> Whether the drag has carried as much all the while in which the way became many times as long, or as long as a step
-  !> may be.
+  !> Returns whether the damping force was maintained while the displacement grew by a large factor, or beyond the
+  !> largest move of a step.
   pure logical function goes_on(move, way, drag)
-    !> d; way and share of the drag after each sub-step.
+    !> d; displacement and share of the damping after each sub-step.
     real(wp), intent(in) :: move, way(:), drag(:)
     integer :: n, first
 

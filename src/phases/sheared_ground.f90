@@ -1,7 +1,7 @@
-!> Ground that has sheared far. Before its factor of safety is looked for: under the loads of the phases before it has
-!> given way and come to rest in another shape. That shape stands, and its factor is above 1; of the ground as it was
-!> drawn it says nothing. Or it has worn the triangles that fit it, and is searched on the grid. And soil that has
-!> swelled beyond what any soil does, or fails at a flow for which no load at failure is unique.
+!> Warnings about soil that has sheared far. Soil that has failed under the loads before a safety phase, and has reached
+!> equilibrium in a deformed shape, is stable in that shape, with a factor above 1; the factor says nothing about the
+!> initial geometry. The search may also take place on the background grid, after distortion of the body-fitted mesh.
+!> Further warnings concern soil dilated beyond what is possible, and flow rules without a unique load at failure.
 module qsmpm_sheared_ground
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials
@@ -28,21 +28,22 @@ module qsmpm_sheared_ground
   public :: blurred_note, factor_note, fallen_note, flow_notes, loaded_spot_note, sheared_note, spot_note, &
     swollen_note, worn_note
 
-  !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
-  !> of the volume that is no corner or toe.
+  !> Plastic shear strain of failed soil: stable soil has at most a tenth of it, even where it yields. Share of the
+  !> volume that exceeds a corner or toe.
   real(wp), parameter :: flows = 0.1_wp, much = 2.0e-3_wp
-  !> The same of soil whose law hardens: on its way to the critical state it shears by a tenth and more.
+  !> Plastic shear strain of failed soil whose law hardens: it shears by a tenth and more before the critical state.
   real(wp), parameter :: hardened = 0.3_wp
-  !> A step so many times as compliant as the first one is beyond failure: docs/methods/limit_loads.md.
+  !> Ratio of the compliance of a step to that of the first one beyond which soil has failed:
+  !> docs/methods/limit_loads.md.
   real(wp), parameter :: fallen = 10.0_wp
-  !> Volume over the initial one to which no soil swells: loose sand grows by a tenth at the most.
+  !> Volume ratio that no soil reaches by dilation: loose sand grows by a tenth at most.
   real(wp), parameter :: swollen = 1.5_wp
-  !> Plastic shear strain of soil that fails, and the share of tan(phi) after Davis below which it is reported.
+  !> Plastic shear strain of failing soil, and ratio of tan(phi) after Davis below which it is reported.
   real(wp), parameter :: fails = 1.0e-2_wp, less = 0.95_wp
 
 contains
 
-  !> The warning where a search begins on such ground, or that it is not known; empty for ground that stands.
+  !> Returns the warning where a search begins on such soil, or that this is not known; empty for stable soil.
   function sheared_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -60,8 +61,8 @@ contains
       'the ground may be unstable: `qsmpm-verify bounds DECK --phase PARENT --factor` shows it'//new_line('a')
   end function sheared_note
 
-  !> The warning where loads have gone beyond failure and the ground rests in another shape; empty where they have not,
-  !> and where the phase asks for its limit load.
+  !> Returns the warning where soil has failed and is in equilibrium in a deformed shape; otherwise empty, and where the
+  !> phase requests its limit load.
   function fallen_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -72,7 +73,7 @@ contains
       times = 0.0_wp
       if (progress%limit%first > 0.0_wp) times = progress%limit%most/progress%limit%first
       if (phase%kind == phase_safety .or. phase%controls%limit_compliance > 0.0_wp .or. .not. times > fallen) return
-      ! Ground that drains or creeps moves by no load.
+      ! Soil that drains or creeps moves without a load.
       if (waits(phase)) return
       if (.not. carries_strains(model%state%points)) return
       text = sheared_text(model)
@@ -84,7 +85,8 @@ contains
     end associate
   end function fallen_note
 
-  !> The warning where a mechanism, the way of the points from their first places, is a spot.
+  !> Returns the warning where a mechanism, given by the displacements of the points from their initial positions, is
+  !> local.
   function spot_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -94,7 +96,7 @@ contains
     end associate
   end function spot_note
 
-  !> The same of what the last step that was carried below a limit load has moved.
+  !> Returns the warning where the displacements of the last supported step below a limit load are local.
   function loaded_spot_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -117,11 +119,10 @@ contains
     text = spot_text(model, way, 'limit load')
   end function loaded_spot_note
 
-  !> The warning where what moves by a tenth of the largest way is few points, and no more than a corner of the ground;
-  !> empty elsewhere.
+  !> Returns the warning where few points in a corner of the soil move by over a tenth of the largest displacement.
   function spot_text(model, way, noun) result(text)
     type(model_type), intent(in) :: model
-    !> Of the points, and what is found by it.
+    !> Displacements of the points, and name of the result.
     real(wp), intent(in) :: way(:)
     character(len=*), intent(in) :: noun
     character(len=:), allocatable :: text
@@ -149,13 +150,13 @@ contains
     end associate
   end function spot_text
 
-  !> The word on a mechanism, the way of the points from their first places, that is few cells high where functions
-  !> reach over several and blur its slip surface; empty elsewhere.
+  !> Returns the note on a mechanism (displacements of the points from their initial positions) that is only a few cells
+  !> high where the functions extend over several cells and smooth its slip surface; empty otherwise.
   function blurred_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
-    !> Cells times what a factor is too high by, of a slope and of a vertical cut; from which error on it is told, and
-    !> warned of.
+    !> Relative error of a factor times the number of cells, for a slope and for a vertical cut; errors from which a note
+    !> and a warning are given.
     real(wp), parameter :: excess(2) = [0.3_wp, 0.9_wp], told = 0.05_wp, much_too_high = 0.1_wp
     real(wp) :: way(model%state%points%count), height(model%state%points%count), cells, sums(2), most
     logical :: far(model%state%points%count)
@@ -188,7 +189,7 @@ contains
       'plane models a body-fitted mesh (*GRID without ELEMENT)'//new_line('a')
   end function blurred_note
 
-  !> How much soil has sheared how far; empty for ground that stands.
+  !> Returns a text on the volume and amount of sheared soil; empty for stable soil.
   function sheared_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -203,8 +204,8 @@ contains
     associate (points => model%state%points, team => model%part%team)
       stands = merge(hardened, flows, hardens(points%material))
       own = own_of(model%part%points, points%count)
-      ! Soil that settles between its neighbours shears by 2 over the root of 3 times its compression, and flows
-      ! nowhere.
+      ! Soil in confined compression between its neighbours shears by 2 over the root of 3 times its compression,
+      ! without failing.
       strain = points%plastic_strain + 2.0_wp/sqrt(3.0_wp)*log(min(1.0_wp, points%volume/points%initial_volume))
       sheared = total(team, sum(points%volume, mask=own .and. strain > stands))
       whole = total(team, sum(points%volume, mask=own))
@@ -215,7 +216,7 @@ contains
     if (len(text) > 0 .and. any(hardens)) text = text//' ('//rounded_text(hardened, 2)//' where its law hardens)'
   end function sheared_text
 
-  !> Whether a soil hardens on its way to failure.
+  !> Returns whether a soil hardens before failure.
   logical function hardens_first(soil)
     type(material_type), intent(in) :: soil
     type(law_description_type) :: traits
@@ -226,7 +227,7 @@ contains
     hardens_first = .not. traits%failure_ties_volume
   end function hardens_first
 
-  !> How far the soil has gone at the most.
+  !> Returns a text on the largest displacement of the soil.
   function way_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -237,7 +238,7 @@ contains
     end associate
   end function way_text
 
-  !> The warning where a search begins on the grid that a run went over to; empty where it did not.
+  !> Returns the warning where a search begins on the background grid that replaced the mesh; otherwise empty.
   pure function worn_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -250,7 +251,7 @@ contains
       'a finer *GRID keeps the mesh'
   end function worn_note
 
-  !> The warning of soil that yields and has swelled by half and more; empty where there is none.
+  !> Returns the warning of yielding soil whose volume has increased by half and more; empty where there is none.
   function swollen_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -258,7 +259,8 @@ contains
     logical :: cracks(size(model%analysis%materials))
 
     text = ''
-    ! Soil that shears at constant volume can do nothing but crack: at its tensile strength or the tip of its strength.
+    ! Soil that shears at constant volume can only dilate by cracks: at its tensile strength or at the apex of its yield
+    ! surface.
     cracks = model%analysis%materials%mohr_coulomb .and. .not. model%analysis%materials%dilatancy_angle > 0.0_wp
     associate (points => model%state%points)
       ratio = merge(points%volume/points%initial_volume, 1.0_wp, points%plastic > 0)
@@ -271,7 +273,7 @@ contains
         'volume: its tensile strength is too small for it to stay in one piece there'//new_line('a')
     end associate
   contains
-    !> Of the warning.
+    !> Returns the first part of the warning.
     function begin() result(words)
       character(len=:), allocatable :: words
 
@@ -279,7 +281,8 @@ contains
     end function begin
   end function swollen_note
 
-  !> A line for each material that fails with psi far below phi: between which strengths its loads lie (Davis 1968).
+  !> Returns a line for each material that fails with psi far below phi: the strengths between which its loads are
+  !> (Davis 1968).
   function flow_notes(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -311,7 +314,8 @@ contains
     end do
   end function flow_notes
 
-  !> Whether a soil flows at psi far below phi, and its strength after Davis (1968); that of rock is a curve.
+  !> Returns whether a soil flows with psi far below phi, and its strength after Davis (1968); the strength of rock is a
+  !> curve.
   logical function flows_otherwise(soil, law, cohesion, friction)
     type(material_type), intent(in) :: soil
     type(law_description_type), intent(out) :: law
@@ -328,7 +332,7 @@ contains
     flows_otherwise = friction < less*law%friction_angle
   end function flows_otherwise
 
-  !> How such a soil flows.
+  !> Returns a text on the flow of such a soil.
   pure function flow_text(law) result(text)
     type(law_description_type), intent(in) :: law
     character(len=:), allocatable :: text
@@ -338,10 +342,11 @@ contains
     text = 'flows at psi = '//rounded_text(law%dilatancy_angle, 3)//text
   end function flow_text
 
-  !> The soil of a factor of safety that is one of several, for its flow; empty where there is none.
+  !> Returns a note on the soil because of whose flow rule the factor of safety is not unique; empty where there is
+  !> none.
   function factor_note(model, flow) result(text)
     type(model_type), intent(in) :: model
-    !> Of the search.
+    !> Flow rule of the search.
     integer, intent(in) :: flow
     character(len=:), allocatable :: text
     type(law_description_type) :: law

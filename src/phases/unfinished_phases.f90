@@ -1,5 +1,5 @@
-!> What a run leaves out: phases that have lost equilibrium or ended at their limit load, and those that start from
-!> them. The others are run; the run then ends with an error that names all of these.
+!> Phases that a run skips: those without equilibrium or that ended at their limit load, and those that start from them.
+!> The other phases are run; the run then ends with an error that names all phases concerned.
 module qsmpm_unfinished_phases
   use qsmpm_phase_description, only: phase_type, ended_by_limit, ended_by_loss, phase_safety
   use qsmpm_error, only: error_type, error_left_mesh, error_not_converged, error_singular, fail
@@ -15,14 +15,14 @@ module qsmpm_unfinished_phases
 
 contains
 
-  !> Whether an error says that a phase cannot be carried on, and nothing of other phases.
+  !> Returns whether an error means that a phase cannot be continued, without consequence for other phases.
   pure logical function is_loss(error)
     type(error_type), intent(in) :: error
 
     is_loss = any(error%code == [error_not_converged, error_left_mesh, error_singular])
   end function is_loss
 
-  !> Whether a phase has been lost.
+  !> Returns whether a phase has failed.
   pure logical function any_lost(model)
     type(model_type), intent(in) :: model
 
@@ -30,10 +30,10 @@ contains
     if (allocated(model%state%progress%ends)) any_lost = any(model%state%progress%ends%reason == ended_by_loss)
   end function any_lost
 
-  !> A run whose phases are over has run all of them.
+  !> Checks that a completed run has run all of its phases.
   subroutine need_all_phases(model, error)
     type(model_type), intent(in) :: model
-    !> error_not_converged: names the phases that were lost, and those that had to start from them or from a limit load.
+    !> error_not_converged: names the phases that failed, and those that start from them or from a limit load.
     type(error_type), allocatable, intent(out) :: error
     type(phase_end_type) :: ended
     character(len=:), allocatable :: text
@@ -58,7 +58,7 @@ contains
     if (len(text) > 0) call fail(error, error_not_converged, text(3:))
   end subroutine need_all_phases
 
-  !> A phase that has ended at its limit load.
+  !> Returns a text on a phase that has ended at its limit load.
   function text_of_limit(model, phase) result(text)
     type(model_type), intent(in) :: model
     integer, intent(in) :: phase
@@ -71,7 +71,7 @@ contains
     end associate
   end function text_of_limit
 
-  !> The phases that start from a phase, directly or not; empty for none.
+  !> Returns the phases that start from a phase, directly or indirectly; empty for none.
   pure function not_run_text(phases, number) result(text)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number

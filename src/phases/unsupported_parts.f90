@@ -1,8 +1,9 @@
-!> Pieces of the material that nothing holds: for the message of a run that finds no equilibrium.
+!> Unsupported parts of the material, for the message of a run that finds no equilibrium.
 !>
-!> Two material points belong to one piece when a chain of functions joins them, each seen by both of its
-!> neighbours. A piece is held when no rigid motion of it satisfies the fixities of its nodes and the surfaces that
-!> are supported: the matrix sum r r' over its fixed components, r the rigid motions there, has full rank.
+!> Two material points belong to one part when a chain of functions connects them, each of which is shared by
+!> neighbouring points of the chain. A part is supported when no rigid motion of it satisfies the fixities of its nodes
+!> and the surfaces that are supported: the matrix sum r r' over its fixed components, r the rigid motions there, has
+!> full rank.
 module qsmpm_unsupported_parts
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of
@@ -26,28 +27,28 @@ module qsmpm_unsupported_parts
 
   !> Pivot, relative to the number of fixities, below which a rigid motion is free.
   real(wp), parameter :: least_pivot = 1.0e-9_wp
-  !> Rigid motions in the plane and in space; in axisymmetry one.
+  !> Number of rigid motions in space (3 in the plane); in axisymmetry one.
   integer, parameter :: most_motions = 6
 
-  !> Pieces of the material, by the lowest names of their nodes.
+  !> Part of the material, identified by the lowest label of its nodes.
   type :: piece_type
     integer :: name = 0
-    !> Material points of all processes, and the lowest number of one among them.
+    !> Number of material points on all processes, and the lowest number of a point.
     integer :: points = 0, first = 0
     logical :: held = .false.
-    !> Box around the points.
+    !> Bounding box of the points.
     real(wp) :: low(3) = 0.0_wp, high(3) = 0.0_wp
   end type piece_type
 
 contains
 
-  !> Say which pieces hang on nothing: empty when all are held. The processes of a team do so together.
+  !> Reports which parts are unsupported: empty when all are supported. Called by all processes of a team.
   subroutine describe_unsupported_parts(model, step, text)
-    !> The model, its state as it stands.
+    !> The model in its present state.
     type(model_type), intent(in) :: model
-    !> Scratch of the step that failed.
+    !> Scratch data of the failed step.
     type(step_type), intent(in), target :: step
-    !> A sentence without its end.
+    !> Text without final punctuation.
     character(len=:), allocatable, intent(out) :: text
     integer :: root(model%space%node_count), of_node(model%space%node_count), of_point(model%state%points%count), n
     type(piece_type), allocatable :: pieces(:)
@@ -72,10 +73,10 @@ contains
     if (size(pieces) > 1) text = text//', one of '//integer_text(size(pieces))//' such pieces'
   end subroutine describe_unsupported_parts
 
-  !> Join the nodes that the groups of points see, group by group.
+  !> Connects the nodes of each group of points.
   pure subroutine join_groups(integration, root)
     type(integration_type), intent(in) :: integration
-    !> A node of the same piece that comes before, or the node itself (nodes).
+    !> A preceding node of the same part, or the node itself (nodes).
     integer, intent(inout) :: root(:)
     integer :: g, k, a, b
 
@@ -95,9 +96,9 @@ contains
     end do
   end subroutine join_groups
 
-  !> First node of the piece of a node.
+  !> Returns the first node of the part of a node.
   pure integer function first_of(root, node) result(first)
-    !> A node of the same piece that comes before, or the node itself (nodes).
+    !> A preceding node of the same part, or the node itself (nodes).
     integer, intent(in) :: root(:)
     integer, intent(in) :: node
 
@@ -107,11 +108,12 @@ contains
     end do
   end function first_of
 
-  !> Names of the pieces: the lowest name of a node of each, on all processes. Every group that a node belongs to is
-  !> known to its owner, so that the owners' names for nodes of others make pieces whole that several processes have.
+  !> Finds the labels of the parts: the lowest label of a node of each, on all processes. The owner of a node knows
+  !> every group to which it belongs, so that exchanging the labels of the owners joins parts that extend over several
+  !> processes.
   subroutine name_pieces(model, root, name)
     type(model_type), intent(in) :: model
-    !> First node here of the piece of each node (nodes).
+    !> First node on this process of the part of each node (nodes).
     integer, intent(in) :: root(:)
     integer, intent(out) :: name(:)
     real(wp) :: of_owner(1, size(root))
@@ -137,10 +139,10 @@ contains
     end do
   end subroutine name_pieces
 
-  !> The pieces that have material points, by their names.
+  !> Lists the parts that have material points, by their labels.
   subroutine list_pieces(model, of_point, pieces)
     type(model_type), intent(in) :: model
-    !> Name of the piece of each point (points).
+    !> Label of the part of each point (points).
     integer, intent(in) :: of_point(:)
     type(piece_type), allocatable, intent(out) :: pieces(:)
     integer, allocatable :: names(:), first(:)
@@ -149,7 +151,7 @@ contains
 
     allocate (names, source=different(pack(of_point, own_of(model%part%points, size(of_point)) .and. of_point > 0)))
     associate (team => model%part%team)
-      ! The same to every process.
+      ! The same data are sent to every process.
       call hand_over(team, [(int(names, long), r=1, team%ranks)], [(1 + size(names)*r, r=0, team%ranks)], all_names, &
         first)
     end associate
@@ -159,7 +161,7 @@ contains
     end associate
   end subroutine list_pieces
 
-  !> Different ones of some numbers, rising.
+  !> Returns the distinct values of some numbers in ascending order.
   pure function different(numbers) result(sorted)
     integer, intent(in) :: numbers(:)
     integer, allocatable :: sorted(:)
@@ -170,7 +172,7 @@ contains
     sorted = [pack(sorted(:size(order) - 1), sorted(:size(order) - 1) /= sorted(2:)), sorted(max(1, size(order)):)]
   end function different
 
-  !> Points, the first of them and the box of each piece, over all processes.
+  !> Computes the number of points, the first point and the bounding box of each part, over all processes.
   subroutine measure_pieces(model, of_point, pieces)
     type(model_type), intent(in) :: model
     integer, intent(in) :: of_point(:)
@@ -205,11 +207,11 @@ contains
     end do
   end subroutine measure_pieces
 
-  !> Which pieces are held.
+  !> Finds the supported parts.
   subroutine find_held(model, step, of_node, pieces)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
-    !> Name of the piece of each node (nodes).
+    !> Label of the part of each node (nodes).
     integer, intent(in) :: of_node(:)
     type(piece_type), intent(inout) :: pieces(:)
     real(wp), allocatable :: matrix(:, :, :)
@@ -222,7 +224,7 @@ contains
     if (step%at_points%axisymmetric) motions = 1
     call measure_mesh(model, centre, size_of_mesh)
     allocate (matrix(motions, motions, size(pieces)), source=0.0_wp)
-    ! What is held against the ground holds its piece, in which way is not asked.
+    ! A term that supports the body against the ground supports its part; the direction is not checked.
     anchored = .false.
     do j = 1, size(step%terms)
       associate (term => step%terms(j)%term)
@@ -253,7 +255,7 @@ contains
     end do
   end subroutine find_held
 
-  !> Middle and size of the mesh that all processes look at.
+  !> Computes centre and size of the mesh of all processes.
   subroutine measure_mesh(model, centre, size_of_mesh)
     type(model_type), intent(in) :: model
     real(wp), intent(out) :: centre(:), size_of_mesh
@@ -266,13 +268,13 @@ contains
     end associate
   end subroutine measure_mesh
 
-  !> A component of the rigid motions at a place.
+  !> Computes a component of the rigid motions at a place.
   pure subroutine rigid_motions(x, j, motions, motion)
     !> The place (dimension).
     real(wp), intent(in) :: x(:)
     !> The component.
     integer, intent(in) :: j
-    !> How many motions there are: 1 along the axis of symmetry, 3 in the plane, 6 in space.
+    !> Number of motions: 1 along the axis of symmetry, 3 in the plane, 6 in space.
     integer, intent(in) :: motions
     !> Their components (motions and more).
     real(wp), intent(out) :: motion(:)
@@ -290,7 +292,7 @@ contains
     end if
   end subroutine rigid_motions
 
-  !> Whether a symmetric matrix of no negative eigenvalue has full rank.
+  !> Returns whether a symmetric positive semidefinite matrix has full rank.
   pure logical function has_full_rank(given) result(full)
     !> The matrix (n, n).
     real(wp), intent(in) :: given(:, :)
@@ -312,11 +314,11 @@ contains
     end do
   end function has_full_rank
 
-  !> Name of the piece of each material point.
+  !> Finds the label of the part of each material point.
   pure subroutine find_pieces(at_points, name, piece)
     !> Material points in groups.
     type(integration_type), intent(in) :: at_points
-    !> Name of the piece of each node (nodes).
+    !> Label of the part of each node (nodes).
     integer, intent(in) :: name(:)
     !> (points)
     integer, intent(out) :: piece(:)
@@ -330,10 +332,10 @@ contains
     end do
   end subroutine find_pieces
 
-  !> One piece in words.
+  !> Returns the description of one part.
   function piece_text(piece, d) result(text)
     type(piece_type), intent(in) :: piece
-    !> Coordinates of a place.
+    !> Number of coordinates of a place.
     integer, intent(in) :: d
     character(len=:), allocatable :: text
     character(len=120) :: box

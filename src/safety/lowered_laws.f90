@@ -1,5 +1,5 @@
-!> Laws with a lowered strength (qsmpm_strength_factor): made anew of the materials of the analysis whenever the factor
-!> in force is another than that of the laws there are. States of the points stay.
+!> Laws with a reduced strength (qsmpm_strength_factor): they are created from the materials of the analysis whenever
+!> the factor in force differs from that of the present laws. States of the points do not change.
 module qsmpm_lowered_laws
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: materials_active
@@ -23,7 +23,7 @@ module qsmpm_lowered_laws
 
 contains
 
-  !> Make the laws those of the strength in force, treated against locking as its phase wants it.
+  !> Replaces the laws by those of the strength in force, with the treatment against locking of its phase.
   subroutine fit_laws(model)
     type(model_type), intent(inout) :: model
     type(strength_factor_type) :: wanted
@@ -36,7 +36,7 @@ contains
     if (model%strength == wanted) return
     do m = 1, size(model%laws)
       if (.not. is_lowerable(model%analysis%materials(m))) cycle
-      ! check_lowering has made all of these.
+      ! check_lowering has verified that all of these can be created.
       call make_lowered_law(model, m, wanted, law, error)
       if (allocated(error)) cycle
       call law%blend(model%laws(m)%law%elastic_blend)
@@ -45,7 +45,7 @@ contains
     model%strength = wanted
   end subroutine fit_laws
 
-  !> Factor of the state, 1 but in a safety phase, and flow rule of its phase.
+  !> Returns the factor of the state, 1 except in a safety phase, and the flow rule of its phase.
   pure type(strength_factor_type) function strength_in_force(model) result(strength)
     type(model_type), intent(in) :: model
 
@@ -55,7 +55,7 @@ contains
     end associate
   end function strength_in_force
 
-  !> Law of a material with a lowered strength.
+  !> Creates the law of a material with a reduced strength.
   subroutine make_lowered_law(model, number, by, law, error)
     type(model_type), intent(in) :: model
     !> Number of the material.
@@ -73,11 +73,11 @@ contains
       merge(3, 2, model%analysis%model == three_dimensional), law, error)
   end subroutine make_lowered_law
 
-  !> Lower the strength of a material.
+  !> Reduces the strength of a material.
   subroutine lower_material(by, material, error)
     type(strength_factor_type), intent(in) :: by
     type(material_type), intent(inout) :: material
-    !> error_deck: its law says of no strength.
+    !> error_deck: its law does not define a strength.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: friction, dilatancy
 
@@ -109,11 +109,11 @@ contains
     end if
   end subroutine lower_material
 
-  !> Lower the constants that the user names.
+  !> Reduces the constants specified by the user.
   subroutine lower_named_constants(by, material, error)
     type(strength_factor_type), intent(in) :: by
     type(material_type), intent(inout) :: material
-    !> error_deck: the law has not these, or no angle of dilatancy is known.
+    !> error_deck: the law does not have these constants, or its angle of dilatancy is not known.
     type(error_type), allocatable, intent(out) :: error
 
     if (allocated(material%soil_law)) then
@@ -125,7 +125,7 @@ contains
     end if
   end subroutine lower_named_constants
 
-  !> Whether a material has a strength to lower.
+  !> Returns whether a material has a strength that can be reduced.
   pure logical function is_lowerable(material)
     type(material_type), intent(in) :: material
     type(law_description_type) :: traits
@@ -134,7 +134,8 @@ contains
     is_lowerable = traits%has_strength .or. allocated(material%strength_constants)
   end function is_lowerable
 
-  !> Whether a body of the present phase has a law of which the user says what its strength is: it may harden.
+  !> Returns whether a body of the present phase has a law whose strength is defined by user-specified constants: it may
+  !> harden.
   pure logical function has_named_strength(model) result(named)
     type(model_type), intent(in) :: model
     logical :: active(size(model%analysis%materials))
@@ -144,8 +145,8 @@ contains
     named = any([(active(m) .and. allocated(model%analysis%materials(m)%strength_constants), m=1, size(active))])
   end function has_named_strength
 
-  !> Safety phases want materials whose strength can be lowered, those that a body has then. What is a law at the weak
-  !> end of the search is one at all stronger factors.
+  !> Checks that the materials of the bodies active in safety phases have a strength that can be reduced. A law that is
+  !> valid at the largest reduction of the search is valid for all smaller reductions.
   subroutine check_lowering(model, diagnostics)
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -165,7 +166,7 @@ contains
     end do
   end subroutine check_lowering
 
-  !> The law of a material at the weak end of the search.
+  !> Checks the law of a material at the largest reduction of the search.
   subroutine check_material(model, number, phase, flow, diagnostics)
     type(model_type), intent(in) :: model
     !> Number of the material, name of the phase, and its flow rule.

@@ -1,22 +1,21 @@
-!> The factor of safety as a bracket: the largest factor F that a body has been found stable at and the smallest one at
-!> which it was lost.
+!> Factor of safety as a bracket: the largest factor F at which a body is stable and the smallest one at which no
+!> equilibrium is found ("lost").
 !>
 !>   first     F = 1
-!>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold where F had been lost before
-!>             but to 0.1 or F/10 at the most, and is F/10 at the least from F = 3 on where none was lost
+!>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold where F had been lost before,
+!>             up to at most 0.1 or F/10; it is at least F/10 from F = 3 on where none was lost
 !>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less, twice as much each time
-!>   between   never beyond the middle of the bracket
+!>   between   never beyond the midpoint of the bracket
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1; after 100 stable factors
-!>             without any of these what is known (qsmpm_safety_search)
+!>             without any of these the bracket so far (qsmpm_safety_search)
 !>
-!> A factor that was lost and is passed all the same leaves the next one above it that was lost as the end of the
-!> bracket.
-!> That no equilibrium is found does not say that there is none: the lost end counts as known where the body gives way
-!> there, moving on and on against a drag (qsmpm_safety_search).
+!> If a lost factor is exceeded by a stable one, the next lost factor above becomes the upper end of the bracket.
+!> Failure to find an equilibrium does not show that there is none: the upper end is confirmed where the body fails
+!> there, with a displacement that grows under a constant damping force (qsmpm_safety_search).
 !>
-!> Soil that hardens, or of which that is not known, may find no equilibrium at a factor from afar that it finds from
-!> near. Where the search is to make sure, the lost factor of a narrow bracket is tried again from the stable one, and
-!> the search goes on where it holds.
+!> For soil that hardens, or may harden, an equilibrium may be found from a close factor but not from a distant one.
+!> Where the search must make sure, the lost factor of a narrow bracket is tried again from the stable one, and the
+!> search continues if it is stable.
 module qsmpm_safety_bracket
   use qsmpm_kinds, only: wp
   use qsmpm_rounded_text, only: rounded_text
@@ -26,35 +25,35 @@ module qsmpm_safety_bracket
 
   public :: bracket_type, next_factor, note_stable, note_lost, take_again, is_closed, bracket_text
 
-  !> First dF, its growth, and the ends of the search.
+  !> First dF, its growth factors, and the bounds of the search.
   real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp, growth_when_passed = 4.0_wp, &
     growth_below = 2.0_wp
-  !> Factor from which dF is at least this share of it.
+  !> Factor above which dF is at least the following share of it.
   real(wp), parameter :: far_factor = 3.0_wp, least_share = 0.1_wp
   real(wp), parameter, public :: largest_factor = 10.0_wp, smallest_factor = 0.1_wp
   !> Round-off of a factor.
   real(wp), parameter :: rounding = 1.0e-9_wp
-  !> Lost factors that are kept beside the smallest one.
+  !> Number of lost factors stored in addition to the smallest one.
   integer, parameter :: remembered = 6
 
-  !> Where the search stands.
+  !> State of the search.
   type :: bracket_type
-    !> Largest stable and smallest lost factor, 0 for none so far.
+    !> Largest stable and smallest lost factor, 0 if none so far.
     real(wp) :: stable = 0.0_wp, lost = 0.0_wp
     !> dF
     real(wp) :: increment = first_increment
-    !> The lost factor was tried from the stable one.
+    !> The lost factor was tried starting from the stable one.
     logical :: from_stable = .false.
-    !> The body was seen to give way at the lost factor.
+    !> The body failed at the lost factor with a mechanism.
     logical :: mechanism = .false.
-    !> Lost factors above the smallest one, upwards, 0 for none.
+    !> Lost factors above the smallest one, ascending, 0 for none.
     real(wp) :: lost_above(remembered) = 0.0_wp
   end type bracket_type
 
 contains
 
-  !> The factor to be tried, farther than the last stable one by the width that ends the search at the least: where
-  !> factors that seemed lost turn out stable, one by one, the search goes on in such steps and ends.
+  !> Returns the next factor to be tried. It exceeds the last stable one by at least the width that ends the search:
+  !> where lost factors turn out stable one after the other, the search advances in such steps and ends.
   pure real(wp) function next_factor(bracket, tolerance) result(factor)
     type(bracket_type), intent(in) :: bracket
     !> Width of the bracket that ends the search.
@@ -74,10 +73,10 @@ contains
     end associate
   end function next_factor
 
-  !> There is equilibrium at a factor.
+  !> Records a factor with equilibrium.
   pure subroutine note_stable(factor, easy, bracket)
     real(wp), intent(in) :: factor
-    !> It was found in few iterations.
+    !> The equilibrium was found in few iterations.
     logical, intent(in) :: easy
     type(bracket_type), intent(inout) :: bracket
 
@@ -97,7 +96,7 @@ contains
     end do
   end subroutine note_stable
 
-  !> There is none.
+  !> Records a factor without equilibrium.
   pure subroutine note_lost(factor, bracket)
     real(wp), intent(in) :: factor
     type(bracket_type), intent(inout) :: bracket
@@ -113,12 +112,13 @@ contains
     bracket%from_stable = bracket%stable > 0.0_wp
   end subroutine note_lost
 
-  !> The last stable factor went too far: the next one is to lie at a share of the way from the one before.
+  !> Rejects the last stable factor as too large: the next one is planned at a share of the distance from the previous
+  !> one.
   pure subroutine take_again(before, share, tolerance, bracket, again)
-    !> The stable factor before the last one, 0 for none: F = 1 is not taken again.
+    !> The stable factor before the last one, 0 for none: F = 1 is not repeated.
     real(wp), intent(in) :: before
     real(wp), intent(in) :: share
-    !> Two factors as near as this are not told apart.
+    !> Factors closer than this are not distinguished.
     real(wp), intent(in) :: tolerance
     type(bracket_type), intent(inout) :: bracket
     logical, intent(out) :: again
@@ -130,11 +130,11 @@ contains
     bracket%from_stable = .false.
   end subroutine take_again
 
-  !> Whether the search has ended.
+  !> Returns whether the search has ended.
   pure logical function is_closed(bracket, tolerance, makes_sure)
     type(bracket_type), intent(in) :: bracket
     real(wp), intent(in) :: tolerance
-    !> The lost factor counts only from the stable one.
+    !> A lost factor counts only if it was tried from the stable one.
     logical, intent(in) :: makes_sure
 
     associate (b => bracket)
@@ -147,7 +147,7 @@ contains
     end associate
   end function is_closed
 
-  !> The answer in words.
+  !> Returns the result as text.
   pure function bracket_text(bracket) result(text)
     type(bracket_type), intent(in) :: bracket
     character(len=:), allocatable :: text

@@ -1,5 +1,5 @@
-!> Which safety phases have found their factor, and what it is: a column a phase with its number, the largest stable
-!> factor and the smallest lost one, 0 for none, and 1 where the body was seen to give way at that.
+!> Results of safety phases: a column per phase with its number, the largest stable factor, the smallest factor without
+!> equilibrium (0 for none), and 1 if the body failed at that factor with a mechanism.
 module qsmpm_safety_factors
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: phase_safety
@@ -11,7 +11,7 @@ module qsmpm_safety_factors
 
 contains
 
-  !> Whether the present phase has found its factor.
+  !> Returns whether the present phase has found its factor.
   pure logical function has_factor(progress)
     type(progress_type), intent(in) :: progress
     integer :: i
@@ -21,7 +21,7 @@ contains
     has_factor = has_factor .or. any([(nint(progress%factors(1, i)) == progress%phase, i=1, size(progress%factors, 2))])
   end function has_factor
 
-  !> The present phase has found its factor.
+  !> Stores the factor of the present phase.
   pure subroutine add_factor(progress)
     type(progress_type), intent(inout) :: progress
 
@@ -30,7 +30,7 @@ contains
       progress%bracket%lost, merge(1.0_wp, 0.0_wp, progress%bracket%mechanism)], [4, size(progress%factors, 2) + 1])
   end subroutine add_factor
 
-  !> Whether the present phase looks for its factor.
+  !> Returns whether the present phase searches for its factor.
   pure logical function is_searching(model)
     type(model_type), intent(in) :: model
 
@@ -38,7 +38,7 @@ contains
       .and. .not. has_factor(model%state%progress)
   end function is_searching
 
-  !> Whether the present phase has found it and goes on to the strength of its run-out.
+  !> Returns whether the present phase has found its factor and continues to the strength of its run-out.
   pure logical function is_running_out(model)
     type(model_type), intent(in) :: model
 

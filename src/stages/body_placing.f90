@@ -1,13 +1,13 @@
-!> A body that comes, put on the ground: without stress and strain, its weight still to come.
+!> Placing of an activated body on the ground: without stress and strain, its weight increasing over the phase.
 !>
-!> FILL=LEVEL stretches it along the vertical from the top as drawn down to the ground as it has settled
-!> (qsmpm_inactive_points); where the ground lies above the top nothing is left of it. FILL=SHAPE takes it as drawn: an
-!> overlap with the ground of more than a thousandth of it is an error. A body that has been there before comes back
-!> where it is. On a mesh that goes with the ground it fills its cells.
+!> FILL=LEVEL stretches it vertically from its top as defined in the deck down to the ground as it has settled
+!> (qsmpm_inactive_points); where the ground is above the top nothing remains of it. FILL=SHAPE uses the shape defined
+!> in the deck: an overlap with the ground of more than a thousandth of it is an error. A body that has been active
+!> before returns at its present place. On a mesh that moves with the material it fills its cells.
 !>
-!> Cells of bodies that come, on a mesh that goes with the ground: their nodes on the ground have moved with it, those
-!> on free bounds are put where they are drawn, and the nodes between follow by a smooth displacement, so that every
-!> cell keeps its shape as far as it can. Material points, surface points and tracers go with their cells.
+!> Cells of activated bodies on such a mesh: their nodes on the ground have moved with it, those on free boundaries are
+!> placed at their initial position, and the nodes between follow by a smooth displacement, so that the shape of every
+!> cell is preserved as far as possible. Material points, surface points and tracers move with their cells.
 module qsmpm_body_placing
   use qsmpm_kinds, only: wp
   use qsmpm_body_description, only: body_change_type, fill_level
@@ -33,23 +33,24 @@ module qsmpm_body_placing
 
   public :: place_body, bodies_fit, move_their_nodes
 
-  !> Share of a body that may overlap the ground, and below which thickness, over that drawn, nothing is left of it.
+  !> Share of a body that may overlap the ground, and ratio of the thickness to the initial one below which nothing
+  !> remains.
   real(wp), parameter :: overlapping = 1.0e-3_wp, vanishing = 1.0e-2_wp
 
-  !> Least determinant of the map of a cell, over that of the cell as drawn.
+  !> Lower bound of the determinant of the map of a cell relative to the initial one.
   real(wp), parameter :: least_share = 0.15_wp
-  !> Sweeps of the smoothing at most, and the largest change at which it ends, over the largest displacement.
+  !> Largest number of smoothing sweeps, and change relative to the largest displacement at which the smoothing ends.
   integer, parameter :: most_sweeps = 400
   real(wp), parameter :: at_rest = 1.0e-4_wp
 
 contains
 
-  !> Put a body in place.
+  !> Places a body.
   subroutine place_body(model, change, body, surface, notes, error)
-    !> The tracers of the body are put in place, too.
+    !> The tracers of the body are also placed.
     type(model_type), intent(inout) :: model
     type(body_change_type), intent(in) :: change
-    !> Its points and those of its surfaces.
+    !> Points of the body and of its surfaces.
     type(points_type), intent(inout) :: body
     type(surface_points_type), intent(inout) :: surface
     character(len=:), allocatable, intent(inout) :: notes
@@ -80,7 +81,7 @@ contains
     call set_normals(surface, [(.true., i=1, surface%count)])
   end subroutine place_body
 
-  !> Put a body into the cells of a mesh that goes with the ground.
+  !> Places a body in the cells of a mesh that moves with the material.
   subroutine put_into_cells(model, name, body, surface, notes)
     type(model_type), intent(inout) :: model
     character(len=*), intent(in) :: name
@@ -102,14 +103,14 @@ contains
     end associate
   end subroutine put_into_cells
 
-  !> Stretch a body down to the ground.
+  !> Stretches a body down to the ground.
   subroutine stretch(model, name, body, surface, notes, error)
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
     type(points_type), intent(inout) :: body
     type(surface_points_type), intent(inout) :: surface
     character(len=:), allocatable, intent(inout) :: notes
-    !> Nothing is left of it.
+    !> Nothing remains of the body.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: ratio(body%count), drawn
     integer :: i
@@ -138,10 +139,10 @@ contains
     notes = notes//comes_text(name, sum(body%volume), drawn)
   end subroutine stretch
 
-  !> A sentence for the log.
+  !> Returns a message for the log.
   pure function comes_text(name, volume, drawn) result(text)
     character(len=*), intent(in) :: name
-    !> On the ground as it is, and as drawn.
+    !> Volume on the present ground, and as defined in the deck.
     real(wp), intent(in) :: volume, drawn
     character(len=:), allocatable :: text
 
@@ -149,7 +150,7 @@ contains
       rounded_text(drawn)//' as drawn'//new_line('a')
   end function comes_text
 
-  !> Area of a surface point when heights are stretched: a = cof(F) a_0, F = diag(1, r) or diag(1, 1, r).
+  !> Computes the area of a surface point when heights are stretched: a = cof(F) a_0, F = diag(1, r) or diag(1, 1, r).
   pure subroutine turn_area(ratio, axis, vector, area)
     real(wp), intent(in) :: ratio
     integer, intent(in) :: axis
@@ -165,7 +166,7 @@ contains
     if (before > 0.0_wp) area = area*norm2(vector)/before
   end subroutine turn_area
 
-  !> Height of the ground at a foot; 0 for none.
+  !> Returns the height of the ground at a foot; 0 for none.
   pure real(wp) function ground(model, foot)
     type(model_type), intent(in) :: model
     integer, intent(in) :: foot
@@ -174,7 +175,7 @@ contains
     if (foot > 0) ground = model%state%inactive%feet%position(model%feet%axis, foot)
   end function ground
 
-  !> Gap and overlap of a body as drawn with the ground.
+  !> Checks gap and overlap of a body, as defined in the deck, with the ground.
   subroutine judge_overlap(model, name, body, notes, error)
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
@@ -198,7 +199,7 @@ contains
       'FILL=LEVEL places it on the deformed ground surface')
   end subroutine judge_overlap
 
-  !> Tracers of a body that comes for the first time: displacements count from here.
+  !> Places the tracers of a body that is activated for the first time: displacements are measured from here.
   pure subroutine place_tracers(model, body, fill)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: body, fill
@@ -214,7 +215,7 @@ contains
     end associate
   end subroutine place_tracers
 
-  !> Without stress and strain, at its place.
+  !> Initialises a body without stress and strain at its place.
   subroutine start_anew(model, body)
     type(model_type), intent(in) :: model
     type(points_type), intent(inout) :: body
@@ -239,7 +240,7 @@ contains
     end do
   end subroutine start_anew
 
-  !> Whether the bodies that come in the current phase find room in their cells; true on a mesh that is reset.
+  !> Returns whether the bodies activated in the current phase fit into their cells; true on a mesh that is reset.
   logical function bodies_fit(model) result(fit)
     type(model_type), intent(in) :: model
     real(wp), allocatable :: places(:, :)
@@ -249,7 +250,7 @@ contains
     call find_places(model, places, fit)
   end function bodies_fit
 
-  !> Move the nodes of the bodies that come in the current phase.
+  !> Moves the nodes of the bodies activated in the current phase.
   subroutine move_their_nodes(model, error)
     type(model_type), intent(inout) :: model
     !> A cell would turn inside out.
@@ -267,7 +268,7 @@ contains
     model%state%coordinates = places
   end subroutine move_their_nodes
 
-  !> Places of all nodes with the bodies that come in their cells.
+  !> Finds the positions of all nodes with the activated bodies in their cells.
   subroutine find_places(model, places, fit)
     type(model_type), intent(in) :: model
     !> (dimension, nodes)
@@ -281,7 +282,7 @@ contains
 
     allocate (places, source=model%state%coordinates)
     fit = .true.
-    ! Cells of the bodies that come and are not there.
+    ! Cells of the activated bodies that are not yet active.
     allocate (named(size(model%analysis%bodies)))
     coming = .false.
     named = bodies_named(model%analysis, model%analysis%phases(model%state%progress%phase)%activations)
@@ -305,10 +306,10 @@ contains
     end do
   end subroutine find_places
 
-  !> Nodes of the ground that is there.
+  !> Finds the nodes of the active soil.
   subroutine find_ground(model, ground)
     type(model_type), intent(in) :: model
-    !> (nodes)
+    !> Nodes of the active soil (nodes).
     logical, intent(out) :: ground(:)
     integer :: p
 
@@ -322,16 +323,16 @@ contains
     end associate
   end subroutine find_ground
 
-  !> Nodes on bounds of what comes, where no ground is, are put where they are drawn; so are those inside, to begin
-  !> with.
+  !> Moves nodes on boundaries of the activated bodies, where there is no active soil, to their initial position, and as
+  !> a first guess those inside.
   subroutine put_bounds_as_drawn(mesh, coming, held, of_body, moved)
     type(mesh_type), intent(in) :: mesh
     logical, intent(in) :: coming(:)
-    !> Those of the ground; gets those on bounds.
+    !> Nodes of the active soil; those on boundaries are added.
     logical, intent(inout) :: held(:)
-    !> Nodes of what comes.
+    !> Nodes of the activated bodies.
     logical, intent(out) :: of_body(:)
-    !> Displacement since the drawing (dimension, nodes).
+    !> Displacement from the initial mesh (dimension, nodes).
     real(wp), intent(inout) :: moved(:, :)
     logical :: on_bounds(size(held))
     integer :: c, f
@@ -350,7 +351,7 @@ contains
     where (spread(of_body .and. .not. held, 1, size(moved, 1))) moved = 0.0_wp
     held = held .or. on_bounds
   contains
-    !> Whether a cell is of what comes.
+    !> Returns whether a cell belongs to an activated body.
     pure logical function is_inside(beyond)
       integer, intent(in) :: beyond
 
@@ -359,7 +360,7 @@ contains
     end function is_inside
   end subroutine put_bounds_as_drawn
 
-  !> The displacement of a corner that is not held becomes the mean of those around it.
+  !> Replaces the displacement of corners that are not fixed by the mean of their neighbours, iteratively.
   subroutine smooth(mesh, coming, held, moved)
     type(mesh_type), intent(in) :: mesh
     logical, intent(in) :: coming(:), held(:)
@@ -392,7 +393,7 @@ contains
     end do
   end subroutine smooth
 
-  !> Nodes between corners move with these, where they are not those of the ground.
+  !> Moves nodes between corners with these, where they do not belong to the active soil.
   subroutine straighten(mesh, coming, ground, moved)
     type(mesh_type), intent(in) :: mesh
     logical, intent(in) :: coming(:), ground(:)
@@ -417,8 +418,8 @@ contains
     end do
   end subroutine straighten
 
-  !> A body goes with its cells: places, volumes and weights of its material points, places and areas of its surface
-  !> points.
+  !> Moves a body with its cells: positions, volumes and weights of its material points, positions and areas of its
+  !> surface points.
   subroutine put_in_cells(model, body, surface)
     type(model_type), intent(in) :: model
     type(points_type), intent(inout) :: body
@@ -438,7 +439,7 @@ contains
       area = 0.0_wp
       area(:model%mesh%dimension) = surface%area_vector(:, p)
       old = norm2(area)
-      ! cof(F) = cof(J') cof(J)^-1 with the maps J and J' of the cell as drawn and as it is.
+      ! cof(F) = cof(J') cof(J)^-1 with the maps J and J' of the initial and the present cell.
       area = matmul(cofactor(behind), matmul(transpose(before), area))/determinant(before)
       surface%area_vector(:, p) = area(:model%mesh%dimension)
       if (old > 0.0_wp) surface%area(p) = surface%area(p)*norm2(area)/old
@@ -446,8 +447,8 @@ contains
     end do
   end subroutine put_in_cells
 
-  !> Derivatives of the place by the local coordinates in the cell of something, as drawn and as it is; across the plane
-  !> 1, or the radius.
+  !> Computes the derivatives of the position with respect to the local coordinates in the cell of a point, for the
+  !> initial and the present cell; out of plane 1, or the radius.
   subroutine maps_at(model, carried, p, before, behind)
     type(model_type), intent(in) :: model
     class(carried_type), intent(in) :: carried

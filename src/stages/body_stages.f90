@@ -1,14 +1,15 @@
-!> Bodies that come and go at the start of a phase (*ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL): their points change
-!> between what is there and what is not (qsmpm_inactive_points). docs/methods/stages.md.
+!> Activation, deactivation and change of material of bodies at the start of a phase (*ACTIVATE, *DEACTIVATE, *CHANGE
+!> MATERIAL): their points are exchanged between the active and the inactive points (qsmpm_inactive_points).
+!> docs/methods/stages.md.
 !>
-!> A body that is taken out keeps its stress and weight and is unloaded over the phase (qsmpm_unloading). One that comes
-!> has no stress and no strain, and its weight comes over the phase; the first time it is stretched down to the ground
-!> as it has settled, later it stands where it has ridden to. With another material the stress stays
-!> and the law starts from it.
+!> A deactivated body keeps its stress and weight and is unloaded over the phase (qsmpm_unloading). An activated body
+!> has no stress and no strain, and its weight increases over the phase; the first time it is stretched down to the
+!> ground as it has settled, later it is placed where it has moved to. With another material the stress is retained and
+!> the law starts from it.
 !>
-!> Feet of the bodies that are not there at the start (qsmpm_inactive_points), one for every vertical line on which
-!> points, surface points and tracers of such a body lie, and the bodies that tracers belong to. All is found from the
-!> drawings, when the model is built.
+!> The module also sets up the feet of the initially inactive bodies (qsmpm_inactive_points), one for every vertical
+!> line with points, surface points or tracers of such a body, and finds the bodies to which tracers belong. Both are
+!> found from the geometry defined in the deck when the model is created.
 module qsmpm_body_stages
   use qsmpm_kinds, only: wp, long
   use qsmpm_material_description, only: weight_at
@@ -40,20 +41,20 @@ module qsmpm_body_stages
 
   public :: part_bodies, change_bodies, link_points, body_to_follow
 
-  !> Excess pore pressure of ground at rest over its stress.
+  !> Excess pore pressure relative to the stress below which soil is at rest.
   real(wp), parameter :: rounding = 1.0e-6_wp
 
-  !> Lines nearer than this share of a cell are one; bodies whose bounds are so near touch.
+  !> Distance in cells below which lines are identical, and below which boundaries of bodies touch.
   real(wp), parameter :: same_line = 1.0e-4_wp, touching = 1.0e-3_wp
-  !> Share of the way to the middle of a body by which its outermost lines are moved inwards, and a place along z
-  !> between the caps of a plane body that no edge of their triangles has.
+  !> Relative distance by which the outermost lines of a body are moved towards its centre, and a z coordinate between
+  !> the end faces of a plane body that is on no edge of their triangles.
   real(wp), parameter :: inwards = 1.0e-6_wp, between_caps = 0.0123_wp
 
 contains
 
-  !> Set the bodies aside that are not there at the start.
+  !> Separates the bodies that are not active at the start.
   subroutine part_bodies(model)
-    !> As built, with all bodies.
+    !> The model as created, with all bodies.
     type(model_type), intent(inout) :: model
 
     call allocate_inactive(model%state%inactive, model%mesh%dimension)
@@ -72,7 +73,7 @@ contains
     call link_points(model)
   end subroutine part_bodies
 
-  !> Body of every surface point: that of the outline, else that of the nearest point which is there at the start.
+  !> Finds the body of every surface point: that of the outline, otherwise that of the nearest initially active point.
   subroutine find_surface_bodies(model)
     type(model_type), intent(inout) :: model
     type(points_type) :: there
@@ -95,20 +96,19 @@ contains
     end associate
   end subroutine find_surface_bodies
 
-  !> What the present phase does to bodies; its load fraction still is that which the phase before has reached. Nothing
-  !> is done twice when the phase begins again.
+  !> Applies the changes of bodies in the present phase; the load fraction is still that reached by the previous phase.
+  !> Nothing is done twice when the phase is started again.
   subroutine change_bodies(model, notes, error)
     type(model_type), intent(inout) :: model
-    !> Sentences for the log.
+    !> Messages for the log.
     character(len=:), allocatable, intent(out) :: notes
-    !> A body overlaps the ground, lies outside of the mesh, or has excess pore pressure that its new material cannot
-    !> carry.
+    !> A body overlaps the ground, is outside the mesh, or has excess pore pressure that its new material cannot store.
     type(error_type), allocatable, intent(out) :: error
     logical, dimension(size(model%analysis%bodies)) :: going, coming
     integer :: i
 
     notes = ''
-    ! Weights at the start of the phase are those that the phase before has reached.
+    ! Weights at the start of the phase are those reached by the previous phase.
     associate (points => model%state%points)
       points%start_weight = between(points%start_weight, points%weight, 1.0_wp - left_of(model%state%progress))
     end associate
@@ -130,21 +130,21 @@ contains
         if (allocated(error)) return
       end do
       if (.not. (any(going) .or. any(coming))) return
-      ! Forces that a program has put on the points were those of others.
+      ! Forces of an embedding program on the points are discarded, because the points have changed.
       if (allocated(model%loading%point_force)) deallocate (model%loading%point_force)
       call link_points(model)
     end associate
   end subroutine change_bodies
 
-  !> Share of its changes that the phase before has left, where it has ended early.
+  !> Returns the share of its changes that the previous phase has not applied, where it has ended early.
   pure real(wp) function left_of(progress)
     type(progress_type), intent(in) :: progress
 
     left_of = max(1.0_wp - progress%fraction, progress%release_left)
   end function left_of
 
-  !> Bodies that the phase before has unloaded wait; what a phase ended early has left of their stress and weight is
-  !> lowered on.
+  !> Moves bodies that the previous phase has unloaded to the inactive points; the stress and weight that remain after a
+  !> phase ended early continue to be reduced.
   subroutine end_unloading(model, chosen)
     type(model_type), intent(inout) :: model
     !> (bodies)
@@ -166,11 +166,11 @@ contains
     end associate
   end subroutine end_unloading
 
-  !> Put a body in place, from what waits.
+  !> Places a body, taken from the inactive points.
   subroutine bring(model, change, notes, error)
     type(model_type), intent(inout) :: model
     type(body_change_type), intent(in) :: change
-    !> Gets a sentence.
+    !> Messages for the log, to which one is added.
     character(len=:), allocatable, intent(inout) :: notes
     type(error_type), allocatable, intent(out) :: error
     type(points_type) :: body
@@ -190,14 +190,14 @@ contains
     call append_points(surface, model%state%surface)
   end subroutine bring
 
-  !> Another material for a body. The excess pore pressure of undrained soil stays with it; what else a law remembers
-  !> begins anew from the stress, which is said.
+  !> Changes the material of a body. The excess pore pressure of undrained soil is retained; other state variables of a
+  !> law are initialised from the stress, which is reported.
   subroutine change_material(model, change, notes, error)
     type(model_type), intent(inout) :: model
     type(body_change_type), intent(in) :: change
-    !> Sentences for the log.
+    !> Messages for the log.
     character(len=:), allocatable, intent(inout) :: notes
-    !> The other material has no room for an excess pore pressure that is there.
+    !> The new material cannot store an existing excess pore pressure.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: excess, effective(size(model%state%points%stress, 1)), weight(2)
     integer :: b, m, p, before, behind
@@ -229,7 +229,7 @@ contains
         end if
         points%material(p) = m
         points%plastic(p) = 0
-        ! The strain that the law takes the stress for counts from here.
+        ! The strain to which the law relates the stress is measured from here.
         points%initial_volume(p) = points%volume(p)
         effective = points%stress(:, p)
         effective(:3) = effective(:3) + excess
@@ -242,7 +242,7 @@ contains
       'those that the material defines'//new_line('a')
   end subroutine change_material
 
-  !> Whether a law has remembered what the next one will remember anew.
+  !> Returns whether state variables of a law are lost that the next law initialises.
   pure logical function is_forgotten(before, behind)
     class(law_type), intent(in) :: before, behind
     integer :: i
@@ -255,14 +255,14 @@ contains
     end do
   end function is_forgotten
 
-  !> Find the points of histories, and of the pictures of loads, among those that are there.
+  !> Finds the points of histories, and of the sketches of loads, among the active points.
   subroutine link_points(model)
     type(model_type), intent(inout) :: model
     integer :: i
 
     if (.not. allocated(model%history_number) .or. is_divided(model%part)) return
     model%history_point = model%history_number
-    ! A state that was put back may be of before phases in which bodies come or go: its points are those of the start.
+    ! A restored state may precede phases with changes of bodies: its points are then those at the start.
     if (has_stages(model%analysis)) then
       do i = 1, size(model%history_point)
         if (model%history_number(i) > 0) &
@@ -272,7 +272,7 @@ contains
     call choose_carrying_points(model)
   end subroutine link_points
 
-  !> All bodies as vertical lines see them; their weight does not matter.
+  !> Sets up all bodies for intersection with vertical lines; their weight is not used.
   pure subroutine see_bodies(model, seen)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(out) :: seen
@@ -282,14 +282,15 @@ contains
     call make_overburden(model%mesh, model%shapes, nothing, vertical_of(model%analysis), seen)
   end subroutine see_bodies
 
-  !> Heights at which the vertical line through a place, moved by `inwards`, crosses the bounds of a body.
+  !> Finds the heights at which the vertical line through a place, moved by `inwards`, intersects the boundary of a
+  !> body.
   pure subroutine heights_of(seen, body, place, heights, side)
     type(overburden_type), intent(in) :: seen
     integer, intent(in) :: body
     !> (dimension)
     real(wp), intent(in) :: place(:)
     real(wp), allocatable, intent(out) :: heights(:)
-    !> Towards which side it is moved, -1 or 1; towards the middle of the body when not given.
+    !> Direction of this shift, -1 or 1; towards the centre of the body when absent.
     integer, intent(in), optional :: side
     logical, allocatable :: looks_up(:)
     real(wp) :: x(3), line(2)
@@ -307,14 +308,15 @@ contains
     end associate
   end subroutine heights_of
 
-  !> Whether a body, crossed at some heights, holds another height or ends there.
+  !> Returns whether a body, intersected at some heights, contains another height or ends there.
   pure logical function reaches(heights, height, slack)
     real(wp), intent(in) :: heights(:), height, slack
 
     reaches = any(abs(heights - height) <= slack) .or. mod(count(heights < height), 2) == 1
   end function reaches
 
-  !> Body of every tracer: that of its outline, else the one to follow from its place, else that of the nearest point.
+  !> Finds the body of every tracer: that of its outline, otherwise the one that a history at its place follows,
+  !> otherwise that of the nearest point.
   subroutine find_tracer_bodies(model)
     type(model_type), intent(inout) :: model
     type(overburden_type) :: seen
@@ -334,8 +336,8 @@ contains
     end do
   end subroutine find_tracer_bodies
 
-  !> Body that a history at a place follows where bodies come and go; 0 for any: none holds the place, or none comes or
-  !> goes.
+  !> Returns the body that a history at a place follows where bodies are activated or deactivated; 0 for any: none
+  !> contains the place, or there are no such changes.
   pure integer function body_to_follow(model, place) result(body)
     type(model_type), intent(in) :: model
     !> (dimension)
@@ -348,8 +350,8 @@ contains
     body = longest_there(model, seen, place)
   end function body_to_follow
 
-  !> Of the bodies that hold a place, or end there, the one that is there in most phases, the start among them; 0 where
-  !> none holds it.
+  !> Returns, of the bodies that contain a place or end there, the one that is active in most phases, including the
+  !> start; 0 where none contains it.
   pure integer function longest_there(model, seen, place) result(body)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: seen
@@ -371,7 +373,8 @@ contains
     end do
   end function longest_there
 
-  !> Whether a body holds a place or ends there: on an upright face its inner side tells, whichever that is.
+  !> Returns whether a body contains a place or ends there: on a vertical face its inner side is checked, in either
+  !> direction.
   pure logical function holds(seen, body, place, slack)
     type(overburden_type), intent(in) :: seen
     integer, intent(in) :: body
@@ -390,7 +393,7 @@ contains
     end do
   end function holds
 
-  !> Body of the material point that is nearest to a place.
+  !> Returns the body of the material point nearest to a place.
   integer function nearest_body(model, place) result(body)
     type(model_type), intent(in) :: model
     !> (dimension)
@@ -405,7 +408,7 @@ contains
     body = int(total(model%part%team, int(body, long)))
   end function nearest_body
 
-  !> Feet under points, surface points and tracers of the bodies that are not there at the start.
+  !> Sets up the feet under points, surface points and tracers of the bodies that are not active at the start.
   subroutine plant_feet(model)
     type(model_type), intent(inout) :: model
     integer, allocatable :: line(:, :), foot(:)
@@ -429,12 +432,12 @@ contains
     end associate
   end subroutine plant_feet
 
-  !> Whole numbers for the horizontal coordinates: places on one line have the same.
+  !> Assigns integers to the horizontal coordinates: places on one line have the same.
   pure subroutine number_lines(model, places, line)
     type(model_type), intent(in) :: model
     !> (dimension, n)
     real(wp), intent(in) :: places(:, :)
-    !> Body of each; gets the two coordinates (3, n).
+    !> Body of each place on entry; the two coordinates are added (3, n).
     integer, intent(inout) :: line(:, :)
     integer :: a, k
 
@@ -447,7 +450,7 @@ contains
     end do
   end subroutine number_lines
 
-  !> A foot for every line of a body that comes.
+  !> Sets a foot for every line of an initially inactive body.
   subroutine set_feet(model, places, line, foot)
     type(model_type), intent(inout) :: model
     !> (dimension, n)
@@ -493,7 +496,7 @@ contains
     call put_on_ground(model, seen, at(:, :n))
   end subroutine set_feet
 
-  !> Put the feet in their cells, those of the ground below them, and find the bodies that they stand on.
+  !> Finds the cells of the feet, which are those of the ground below them, and the bodies on which they rest.
   subroutine put_on_ground(model, seen, places)
     type(model_type), intent(inout) :: model
     type(overburden_type), intent(in) :: seen

@@ -1,10 +1,10 @@
-!> Cavities that phases contract (*CONTRACTION), as a lining does that shrinks alike all around: every point of the
-!> outline moves towards the middle by the same share c of its distance from it, so that for a volume loss V
+!> Cavities that phases contract (*CONTRACTION), like a lining that shrinks uniformly: every point of the outline moves
+!> towards the centre by the same share c of its distance from it, so that for a volume loss V
 !>
 !>   (1 - c)^2 A = (1 - V) A            c = 1 - sqrt(1 - V)
 !>
-!> whatever the outline; a circle moves along its normals. The middle is the place that is nearest to the normals of all
-!> points. Half or a quarter of a circle between planes of symmetry has that of the circle.
+!> for any outline; a circle moves along its normals. The centre is the place closest to the normals of all points. A
+!> half or a quarter of a circle between planes of symmetry has the centre of the circle.
 module qsmpm_cavities
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active
@@ -22,12 +22,13 @@ module qsmpm_cavities
 
   public :: measure_cavities, closure_of
 
-  !> Sum of the normals of a closed outline over its length, and radius of the points of an arc over that of its chords.
+  !> Ratio of the sum of the normals of a closed outline to its length, and of the radius of the points of an arc to
+  !> that of its chords.
   real(wp), parameter :: closed = 1.0e-3_wp, round = 1.05_wp
 
 contains
 
-  !> Middles of all cavities.
+  !> Finds the centres of all cavities.
   subroutine measure_cavities(model, diagnostics)
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -46,10 +47,10 @@ contains
     end do
   end subroutine measure_cavities
 
-  !> Warn of soil that a phase leaves inside of an outline: it weighs on a lining that weighs nothing.
+  !> Warns of soil that a phase leaves inside an outline: its weight acts on a lining that has no weight.
   subroutine warn_of_core(model, s, p, support)
     type(model_type), intent(inout) :: model
-    !> Numbers of the surface and of the phase, and what contracts it.
+    !> Numbers of the surface and of the phase, and the contraction.
     integer, intent(in) :: s, p
     type(support_type), intent(in) :: support
     type(overburden_type) :: ground
@@ -62,7 +63,7 @@ contains
       sums = total(model%part%team, [matmul(surface%position(:2, :), area), sum(area)])
     end associate
     if (.not. sums(3) > 0.0_wp) return
-    ! Half an outline has its middle on the edge of what it holds.
+    ! The centre of half an outline is on the edge of the area that it encloses.
     inside = 0.7_wp*model%cavity_middle(:, s) + 0.3_wp*sums(:2)/sums(3)
     call make_overburden(model%mesh, model%shapes, [(0.0_wp, b=1, size(model%shapes))], &
       vertical_of(model%analysis), ground)
@@ -75,10 +76,10 @@ contains
     end do
   end subroutine warn_of_core
 
-  !> Middle of one cavity.
+  !> Finds the centre of one cavity.
   subroutine measure_cavity(model, s, support, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Number of the surface, and what contracts it.
+    !> Number of the surface, and the contraction.
     integer, intent(in) :: s
     type(support_type), intent(in) :: support
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -114,7 +115,7 @@ contains
         farthest = largest(model%part%team, maxval(reach, mask=own))
         nearest = smallest(model%part%team, minval(radius, mask=own))
         if (norm2(sums(2:3)) <= closed*sums(1) .or. farthest <= round*nearest) then
-          ! What the other half would push up the springs of this one push alone.
+          ! The upward forces of the other half are missing: the springs of this half push without balance.
           if (abs(sums(1 + vertical_of(model%analysis))) > closed*sums(1) .and. .not. support%held) call refuse( &
             'ends at a horizontal plane of symmetry, on which its centre remains: HELD=YES')
           return
@@ -126,7 +127,7 @@ contains
 
   contains
 
-    !> Say why the surface cannot be contracted.
+    !> Reports why the surface cannot be contracted.
     subroutine refuse(what)
       character(len=*), intent(in) :: what
 
@@ -134,9 +135,9 @@ contains
     end subroutine refuse
   end subroutine measure_cavity
 
-  !> Share of their distance from the middle by which the points of an outline have moved.
+  !> Returns the share of their distance from the centre by which the points of an outline have moved.
   elemental real(wp) function closure_of(percent) result(closure)
-    !> Lost area in percent.
+    !> Area loss in percent.
     real(wp), intent(in) :: percent
 
     closure = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - 0.01_wp*percent))

@@ -1,5 +1,4 @@
-!> States at the ends of phases that are kept because a later phase, not the next one, starts from there
-!> (*PHASE, PARENT=).
+!> Stored states at the ends of phases from which a later phase other than the next one starts (*PHASE, PARENT=).
 module qsmpm_kept_phases
   use qsmpm_phase_description, only: ended_by_load, ended_by_stop, phase_safety
   use qsmpm_model, only: model_type, state_type, kept_phase_type, phase_end_type, progress_type
@@ -13,8 +12,8 @@ module qsmpm_kept_phases
 
 contains
 
-  !> Keep the end of the present phase where a phase behind the next one starts from it, or the next one is a safety
-  !> phase: nothing starts from its end, so that what a program may add starts from here.
+  !> Stores the end of the present phase where a phase after the next one starts from it, or the next one is a safety
+  !> phase: nothing starts from the end of that phase, so that phases added by a program start from here.
   subroutine keep_phase(model)
     type(model_type), intent(inout) :: model
     logical :: keeps
@@ -24,7 +23,7 @@ contains
     associate (phases => model%analysis%phases, number => model%state%progress%phase)
       keeps = is_wanted(phases, number, number + 1)
       if (number < size(phases)) keeps = keeps .or. phases(number + 1)%kind == phase_safety
-      ! Keep the end of a phase, in place of a former one of the same phase, with the present part.
+      ! Stores the end of a phase, with the present part, in place of an earlier one of the same phase.
       if (keeps) then
         if (.not. allocated(model%kept_phases)) allocate (model%kept_phases(0))
         place = find_kept_phase(model, number)
@@ -43,7 +42,7 @@ contains
     end associate
   end subroutine keep_phase
 
-  !> Place of the end of a phase in the list, 0 where it is not kept.
+  !> Returns the index of the end of a phase in the list, 0 where it is not stored.
   pure integer function find_kept_phase(model, number) result(place)
     type(model_type), intent(in) :: model
     integer, intent(in) :: number
@@ -52,8 +51,8 @@ contains
     if (allocated(model%kept_phases)) place = findloc(model%kept_phases%phase, number, dim=1)
   end function find_kept_phase
 
-  !> The phase to come, 0 for none: the first one whose parent has ended with its whole load or at a stop. One that was
-  !> left out has no end, and so its own children are left out too.
+  !> Returns the next phase, 0 for none: the first one whose parent has ended with its full load or at a stop. A skipped
+  !> phase has no end, so that the phases starting from it are skipped too.
   pure integer function next_phase(model) result(number)
     type(model_type), intent(in) :: model
     type(phase_end_type) :: ended
@@ -67,8 +66,8 @@ contains
     number = 0
   end function next_phase
 
-  !> Stand where a phase starts: at the end of its parent. Steps are counted through the run, and what is known of
-  !> phases that have ended stays known.
+  !> Restores the state at which a phase starts: the end of its parent. Steps are counted through the run, and data of
+  !> phases that have ended are retained.
   subroutine go_to_phase(model, number)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: number

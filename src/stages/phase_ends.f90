@@ -1,6 +1,6 @@
-!> How phases have ended: by their whole load, at the limit load, where a history has reached its value, or because
-!> equilibrium was lost. The loads of a phase that has ended early are those reached; phases behind a stop go on from
-!> them, phases behind a limit load or a loss are not run.
+!> Ends of phases: with their full load, at the limit load, where a history has reached its value, or because
+!> equilibrium was lost. The loads of a phase that has ended early are those reached; phases after a stop continue from
+!> them, phases after a limit load or a loss of equilibrium are not run.
 module qsmpm_phase_ends
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: ended_by_load, ended_by_limit, ended_by_loss, ended_by_stop, not_ended
@@ -14,7 +14,7 @@ module qsmpm_phase_ends
 
 contains
 
-  !> Note how the present phase has ended, unless it is known to be lost.
+  !> Records how the present phase has ended, unless it is already recorded as failed.
   subroutine note_end(model)
     type(model_type), intent(inout) :: model
     integer :: reason
@@ -26,14 +26,14 @@ contains
     call note_reason(model, reason)
   end subroutine note_end
 
-  !> Note that the present phase has lost equilibrium.
+  !> Records that the present phase has lost equilibrium.
   subroutine note_loss(model)
     type(model_type), intent(inout) :: model
 
     call note_reason(model, ended_by_loss)
   end subroutine note_loss
 
-  !> Whether the present phase has lost equilibrium and was given up.
+  !> Returns whether the present phase has lost equilibrium and was given up.
   pure logical function is_lost(progress)
     type(progress_type), intent(in) :: progress
     type(phase_end_type) :: ended
@@ -42,7 +42,7 @@ contains
     is_lost = ended%reason == ended_by_loss
   end function is_lost
 
-  !> Note what has ended the present phase, and what it has reached.
+  !> Records the reason of the end of the present phase, and the loads reached.
   subroutine note_reason(model, reason)
     type(model_type), intent(inout) :: model
     !> One of the ended_* values.
@@ -59,7 +59,7 @@ contains
     end associate
   end subroutine note_reason
 
-  !> A place for the present phase.
+  !> Extends the list to the present phase.
   pure subroutine make_room(progress)
     type(progress_type), intent(inout) :: progress
     type(phase_end_type), allocatable :: longer(:)
@@ -72,7 +72,7 @@ contains
     call move_alloc(longer, progress%ends)
   end subroutine make_room
 
-  !> How a phase has ended; not yet where there is no such phase.
+  !> Returns how a phase has ended; the default where it is not recorded.
   pure type(phase_end_type) function end_of_phase(progress, phase) result(ended)
     type(progress_type), intent(in) :: progress
     integer, intent(in) :: phase
@@ -81,8 +81,8 @@ contains
     if (phase >= 1 .and. phase <= size(progress%ends)) ended = progress%ends(phase)
   end function end_of_phase
 
-  !> Factor of safety of a phase, stable and lost; zeros for none. Where no mechanism was seen none is lost: it is at
-  !> least the stable one.
+  !> Returns the factor of safety of a phase, stable and without equilibrium; zeros for none. Without a mechanism the
+  !> second one is zero: the factor is at least the stable one.
   pure function factor_of_phase(progress, phase) result(factor)
     type(progress_type), intent(in) :: progress
     integer, intent(in) :: phase
@@ -98,7 +98,7 @@ contains
     end do
   end function factor_of_phase
 
-  !> Load fraction that a phase before the present one has reached.
+  !> Returns the load fraction reached by a phase before the present one.
   pure real(wp) function fraction_reached(progress, phase) result(fraction)
     type(progress_type), intent(in) :: progress
     integer, intent(in) :: phase
@@ -109,7 +109,7 @@ contains
     if (ended%reason == ended_by_stop) fraction = ended%fraction
   end function fraction_reached
 
-  !> Whether it is known how far K0 stresses have let the ground move.
+  !> Returns whether the displacement of soil that started with K0 stresses is known.
   pure logical function has_start_move(progress)
     type(progress_type), intent(in) :: progress
     type(phase_end_type) :: ended
@@ -118,7 +118,8 @@ contains
     has_start_move = progress%own_settlement > 0.0_wp .and. ended%reason /= not_ended
   end function has_start_move
 
-  !> Largest displacement of the first phase over gamma H^2/M, twice the settlement of the ground under its own weight.
+  !> Returns the largest displacement of the first phase over gamma H^2/M, which is twice the settlement of the ground
+  !> under its own weight.
   pure real(wp) function start_move(progress)
     type(progress_type), intent(in) :: progress
     type(phase_end_type) :: ended

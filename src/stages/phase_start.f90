@@ -1,9 +1,9 @@
-!> The start of a phase: loads and constraints in force, initial stresses, displacements and strains set to zero.
+!> Start of a phase: applied loads and constraints, initial stresses, displacements and strains reset to zero.
 !>
-!> Loads and fixities stay until a later phase changes them; a load given again runs from its former
-!> value to the new one, a prescribed node stays where it is. What a freed fixity or support has carried is lowered to
-!> zero over the phase. The loads of a phase that starts from initial stresses are in
-!> force from its start, because these stresses balance them.
+!> Loads and fixities remain until a later phase changes them; a load that is specified again varies from its former
+!> value to the new one, a node with a prescribed displacement remains at its place. The reaction of a released fixity
+!> or support is reduced to zero over the phase. The loads of a phase with initial stresses are fully applied from its
+!> start, because these stresses balance them.
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: support_none
@@ -47,8 +47,8 @@ module qsmpm_phase_start
 
 contains
 
-  !> Whether a model that is divided must be put together before its current phase begins: bodies come, go or change, or
-  !> contact points on bodies take initial stresses.
+  !> Returns whether a divided model must be assembled before its current phase begins: bodies are activated,
+  !> deactivated or changed, or contact points on bodies receive initial stresses.
   pure logical function starts_whole(model) result(whole)
     type(model_type), intent(in) :: model
 
@@ -61,12 +61,12 @@ contains
     end associate
   end function starts_whole
 
-  !> Begin the model's current phase.
+  !> Begins the current phase of the model.
   subroutine start_phase(model, notes, error)
     type(model_type), intent(inout) :: model
-    !> Sentences for the log.
+    !> Messages for the log.
     character(len=:), allocatable, intent(out), optional :: notes
-    !> A body that comes cannot be put in place.
+    !> A body that is activated cannot be placed.
     type(error_type), allocatable, intent(out), optional :: error
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: text
@@ -114,8 +114,8 @@ contains
     call update_pore_pressure(model)
   end subroutine start_phase
 
-  !> What the phase moves carries a force when it begins, which may fall to nothing: residuals refer to that at the
-  !> least.
+  !> Computes the forces at the start of the phase on what it moves, which may decrease to zero: they are lower bounds
+  !> of the reference values of residuals.
   subroutine measure_start(model)
     type(model_type), intent(inout) :: model
     logical :: moved(size(model%loading%prescribed, 1), size(model%loading%prescribed, 2))
@@ -127,7 +127,7 @@ contains
       + sum([(norm2(force_on_body(model, b)), b=1, size(model%analysis%rigid_bodies))])
   end subroutine measure_start
 
-  !> Materials with *SOFTENING have their first strength again.
+  !> Resets materials with *SOFTENING to their initial strength.
   pure subroutine reset_softening(model)
     type(model_type), intent(inout) :: model
     integer :: m, i, p
@@ -143,8 +143,8 @@ contains
     end do
   end subroutine reset_softening
 
-  !> What fixities and supports that this phase frees have carried becomes a load that falls to zero; supports that it
-  !> changes begin at the present place and normal of their surface, with no force yet.
+  !> Converts the reactions of fixities and supports that this phase releases to a load that decreases to zero; supports
+  !> that it changes begin at the present position and normal of their surface, without a force.
   subroutine release(model)
     type(model_type), intent(inout) :: model
     logical :: changed(model%state%surface%count)
@@ -165,8 +165,8 @@ contains
     call set_normals(model%state%surface, changed)
   end subroutine release
 
-  !> Loads and constraints of the model's current phase, by going through its ancestors up to it. Forces on material
-  !> points are an embedding program's and stay.
+  !> Sets the loads and constraints of the current phase by applying its ancestors in order. Forces on material points
+  !> belong to the embedding program and do not change.
   subroutine resume_phase(model)
     type(model_type), intent(inout) :: model
     type(loading_type) :: loading
@@ -197,7 +197,7 @@ contains
     model%loading = loading
   end subroutine resume_phase
 
-  !> Loads of a phase that has ended at a load fraction; it does not move water (qsmpm_deck_water).
+  !> Sets the loads of a phase that has ended at a load fraction; water levels are not changed (qsmpm_deck_water).
   pure subroutine end_early(fraction, loading)
     real(wp), intent(in) :: fraction
     type(loading_type), intent(inout) :: loading
@@ -209,11 +209,11 @@ contains
     loading%closure_final = between(loading%closure_start, loading%closure_final, fraction)
   end subroutine end_early
 
-  !> Cells with a face on the outside of the mesh of which a corner is not held along the normal. The
-  !> rollers of a slice or of a column hold every node, but not its top.
+  !> Finds cells with a face on the boundary of the mesh of which a corner is not constrained along the normal. The
+  !> rollers of a slice or of a column constrain every node, but not the top.
   pure subroutine find_open_edges(mesh, held, open_edge)
     type(mesh_type), intent(in) :: mesh
-    !> Held components (dimension, node_count).
+    !> Constrained components (dimension, node_count).
     logical, intent(in) :: held(:, :)
     !> (cell_count)
     logical, intent(out) :: open_edge(:)
@@ -231,7 +231,7 @@ contains
     end do
   end subroutine find_open_edges
 
-  !> Axis nearest to the normal of a face: the one along which it is shortest.
+  !> Returns the axis nearest to the normal of a face: the one along which it is shortest.
   pure integer function normal_axis(corners)
     !> Corners of the face (dimension, n).
     real(wp), intent(in) :: corners(:, :)
@@ -239,11 +239,11 @@ contains
     normal_axis = minloc(maxval(corners, dim=2) - minval(corners, dim=2), dim=1)
   end function normal_axis
 
-  !> What one phase changes.
+  !> Applies the changes of one phase.
   subroutine apply_phase(model, phase, loading)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
-    !> Loads and constraints in force.
+    !> Loads and constraints.
     type(loading_type), intent(inout) :: loading
     integer :: i, s
 
@@ -255,7 +255,7 @@ contains
     loading%closure_start = loading%closure_final
     loading%water_start = loading%water_final
     call take_levels(model%analysis, phase, loading%water_final)
-    ! The field of qsmpm_pore_flow has all of the pressure, at once.
+    ! The field of qsmpm_pore_flow contains the total pressure, which is applied instantaneously.
     if (any(phase%water_levels%coupled)) loading%water_start = loading%water_final
     do i = 1, size(phase%tractions)
       s = place_named(model%analysis%surfaces, phase%tractions(i)%surface)
@@ -287,7 +287,7 @@ contains
     loading%water_start = loading%water_final
   end subroutine apply_phase
 
-  !> Components that one phase fixes, frees and prescribes.
+  !> Applies the components that one phase fixes, releases and prescribes.
   subroutine apply_constraints(model, phase, loading)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
@@ -314,7 +314,8 @@ contains
     end do
   end subroutine apply_constraints
 
-  !> Strengths that follow the effective stress of their points (SHANSEP, Ladd and Foott 1974) by the present stresses.
+  !> Updates strengths that depend on the effective stress of their points (SHANSEP, Ladd and Foott 1974) from the
+  !> present stresses.
   pure subroutine update_strengths(model)
     type(model_type), intent(inout) :: model
     integer :: p
@@ -328,7 +329,7 @@ contains
     end associate
   end subroutine update_strengths
 
-  !> A line for each material of such a strength: the range that its points have.
+  !> Returns a line for each material with such a strength: the range over its points.
   function strength_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text

@@ -1,6 +1,6 @@
-!> What `qsmpm check` says of phases and rigid bodies: what each phase fixes, and the loads at its end by their
-!> resultants, of the bodies that are there as they are drawn: weight, water in the pores, tractions and pressures on
-!> surfaces.
+!> Summary of phases and rigid bodies printed by `qsmpm check`: the fixities of each phase, and the resultants of the
+!> loads at its end, for the active bodies in their initial geometry: weight, water in the pores, tractions and
+!> pressures on surfaces.
 module qsmpm_phase_summary
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials, has_stages
@@ -26,10 +26,10 @@ module qsmpm_phase_summary
 
 contains
 
-  !> Lines about the phases.
+  !> Returns the lines about the phases.
   subroutine summarise_phases(model, text)
     type(model_type), intent(in) :: model
-    !> Gets the lines.
+    !> Text to which the lines are added.
     character(len=:), allocatable, intent(inout) :: text
     type(resultants_type) :: load
     integer :: fixed, p
@@ -47,7 +47,7 @@ contains
     end do
   end subroutine summarise_phases
 
-  !> Resultant loads at the end of a phase, and how many components are fixed.
+  !> Computes the resultant loads at the end of a phase, and the number of fixed components.
   subroutine phase_resultants(model, number, load, fixed)
     type(model_type), intent(in) :: model
     !> Number of the phase.
@@ -70,7 +70,7 @@ contains
     call add_surfaces(phased, load%surfaces)
   end subroutine phase_resultants
 
-  !> The points of the bodies that are there in a phase, with the weight of their material then.
+  !> Selects the points of the bodies active in a phase, with the weight of their material at that time.
   subroutine take_bodies(model, number)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: number
@@ -93,7 +93,7 @@ contains
     end associate
   end subroutine take_bodies
 
-  !> Resultant of tractions and pressures on the surfaces.
+  !> Adds the resultant of tractions and pressures on the surfaces.
   subroutine add_surfaces(model, resultant)
     type(model_type), intent(in) :: model
     real(wp), intent(inout) :: resultant(3)
@@ -112,17 +112,17 @@ contains
     end associate
   end subroutine add_surfaces
 
-  !> Lines about the rigid bodies.
+  !> Returns the lines about the rigid bodies.
   subroutine summarise_rigid_bodies(model, text)
     type(model_type), intent(in) :: model
-    !> Gets the lines.
+    !> Text to which the lines are added.
     character(len=:), allocatable, intent(inout) :: text
     integer :: b, i
     character(len=:), allocatable :: word
 
     do b = 1, size(model%rigid_shapes)
       associate (body => model%analysis%rigid_bodies(b))
-        ! What a shape is called.
+        ! Name of the shape.
         word = 'polygon'
         if (body%shape == rigid_plane) word = 'plane'
         if (body%shape == rigid_circle) word = 'circle'
@@ -144,7 +144,7 @@ contains
     end do
   end subroutine summarise_rigid_bodies
 
-  !> Components, with a blank before each.
+  !> Returns the components, each preceded by a blank.
   pure function vector_text(model, vector) result(text)
     type(model_type), intent(in) :: model
     real(wp), intent(in) :: vector(3)

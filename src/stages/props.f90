@@ -1,4 +1,4 @@
-!> Props of a model: the tracers of their ends, and the force of each that is kept from step to step.
+!> Props of a model: the tracers of their ends, and the force of each, which is stored from step to step.
 module qsmpm_props
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -14,7 +14,7 @@ module qsmpm_props
 
 contains
 
-  !> Lay the forces into the state: none.
+  !> Initialises the forces in the state to zero.
   subroutine lay_prop_forces(model)
     type(model_type), intent(inout) :: model
     integer :: b
@@ -23,7 +23,7 @@ contains
       reshape([(0.0_wp, b=1, size(model%analysis%props))], [1, size(model%analysis%props)]))
   end subroutine lay_prop_forces
 
-  !> Force of one prop, which exists.
+  !> Returns the force of one existing prop.
   pure real(wp) function prop_force(model, name) result(force)
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name

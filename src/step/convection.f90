@@ -1,11 +1,10 @@
-!> The convective phase (paper, section 3.3): the material points are updated by the displacement of
-!> the step, the mesh is reset, and point location finds the points again.
+!> Convective phase of a step (paper, section 3.3): the material points are updated with the displacement of the step,
+!> the mesh is reset, and point location finds the cell of every point again.
 !>
-!> Every material point gets its own deformation gradient, stress and volume (eq. 28 as
-!> Omega det F; under the pressure of a group det F includes the volume change found there), also
-!> where the equations were integrated at Gauss points (qsmpm_soil_points). With BASIS=FEM the mesh
-!> is carried along instead of being reset; with a moving mesh its rows follow the plate or the
-!> rigid body.
+!> Every material point receives its own deformation gradient, stress and volume (eq. 28 as Omega det F; under the
+!> uniform pressure of a group det F includes the volume change of the group), also where the equations were integrated
+!> at Gauss points (qsmpm_soil_points). With BASIS=FEM the mesh moves with the material instead of being reset; the rows
+!> of a moving mesh follow the plate or the rigid body.
 module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -36,23 +35,23 @@ module qsmpm_convection
 
   public :: convect, longest_move, move_points, update_in_place
 
-  !> Points from which moving and updating them is worth waking the threads.
+  !> Number of points above which moving and updating them is distributed over threads.
   integer, parameter :: fewest_points = 50000
-  !> Cells that are left between the rows that go with a body and the ends of a moving mesh.
+  !> Number of cells that remain between the rows that follow a body and the ends of a moving mesh.
   real(wp), parameter :: room = 1.0_wp
 
 contains
 
-  !> Update what rides on the mesh, then reset the mesh. Stresses, states and volumes of the material
-  !> points are taken last, when nothing can fail any more.
+  !> Updates everything that moves with the mesh, then resets the mesh. Stresses, states and volumes of the material
+  !> points are updated last, when no further failure is possible.
   subroutine convect(model, step, displacement, error, most)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout), target :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> A point that cannot be updated or has left the mesh, or a tangled mesh.
+    !> A point that cannot be updated or has left the mesh, or a mesh with tangled elements.
     type(error_type), allocatable, intent(out) :: error
-    !> How far what is taken out may move with the mesh.
+    !> Largest displacement with which points of excavated bodies move with the mesh.
     real(wp), intent(in), optional :: most
     type(soil_type), pointer :: soil
     integer, allocatable :: source(:)
@@ -99,9 +98,9 @@ contains
       model%state%points%deformation_gradient)
   end subroutine convect
 
-  !> Update stresses and states alone. Places stay where they are; what rides beside the material points counts its
-  !> displacement by its initial place instead, for the springs of supports and for histories, but where a run-out
-  !> follows: theirs go on with it.
+  !> Updates stresses and states only. Positions do not change; points other than material points (springs of supports,
+  !> histories) accumulate the displacement by shifting their initial position backwards, except where a run-out
+  !> analysis follows, whose points move on.
   subroutine update_in_place(model, step, displacement, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout), target :: step
@@ -129,7 +128,7 @@ contains
     model%state%points%volume = volume
   end subroutine update_in_place
 
-  !> Draw initial places back by a displacement.
+  !> Shifts initial positions backwards by a displacement.
   subroutine draw_back(mesh, space, activation, points, displacement, chosen, carried)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
@@ -137,7 +136,7 @@ contains
     type(points_type), intent(in) :: points
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> Which of them.
+    !> Selection of the points.
     logical, intent(in) :: chosen(:)
     class(carried_type), intent(inout) :: carried
     type(shape_values_type) :: place
@@ -150,7 +149,7 @@ contains
     end do
   end subroutine draw_back
 
-  !> Move material points.
+  !> Moves material points.
   subroutine move_points(at_points, displacement, position)
     !> Basis at the material points.
     type(integration_type), intent(in) :: at_points
@@ -173,7 +172,7 @@ contains
     !$omp end parallel do
   end subroutine move_points
 
-  !> Longest displacement of material points of this process.
+  !> Largest displacement of the material points of this process.
   pure real(wp) function longest_move(at_points, displacement) result(longest)
     !> Basis at the material points.
     type(integration_type), intent(in) :: at_points
@@ -189,19 +188,19 @@ contains
     end do
   end function longest_move
 
-  !> Move what rides on the mesh beside the material points, by the functions that the ground has there, or without the
-  !> points by those of its own cells, whoever else uses these.
+  !> Moves points other than material points, with the functions that the soil has there or, without `points`, with
+  !> those of the point's own cells regardless of what else uses these cells.
   subroutine move_carried(mesh, space, displacement, carried, chosen, activation, points, most)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     class(carried_type), intent(inout) :: carried
-    !> Which of them; all when absent.
+    !> Selection of the points; all when absent.
     logical, intent(in), optional :: chosen(:)
     type(activation_type), intent(in), optional :: activation
     type(points_type), intent(in), optional :: points
-    !> Longest displacement that it takes.
+    !> Upper bound of the displacement applied.
     real(wp), intent(in), optional :: most
     type(shape_values_type) :: place
     real(wp) :: u(size(displacement, 1))
@@ -224,15 +223,15 @@ contains
     end do
   end subroutine move_carried
 
-  !> Move what rides of bodies that are not there: feet with the ground they lie on, bodies that are taken out with the
-  !> mesh, which stays where nothing moves it, and no farther than the ground: functions that hold next to none of it
-  !> move anyhow. The others wait.
+  !> Moves points of bodies that are not active: their feet (base points) with the soil they rest on; excavated bodies
+  !> with the mesh, which does not move where nothing loads it, and at most by the largest displacement of the soil,
+  !> because functions supported by nearly no soil may take large values. Other inactive bodies do not move.
   subroutine move_inactive(model, activation, displacement, most)
     type(model_type), intent(inout) :: model
     type(activation_type), intent(in) :: activation
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> Longest displacement of the ground.
+    !> Largest displacement of the soil.
     real(wp), intent(in), optional :: most
 
     associate (mesh => model%mesh, space => model%space, state => model%state)
@@ -247,7 +246,7 @@ contains
     end associate
   end subroutine move_inactive
 
-  !> Tracers of bodies that wait.
+  !> Returns the tracers of bodies that are not active.
   pure function of_inactive(model) result(chosen)
     type(model_type), intent(in) :: model
     logical :: chosen(model%state%tracers%count)
@@ -259,7 +258,7 @@ contains
     end associate
   end function of_inactive
 
-  !> Tracers of bodies that are taken out.
+  !> Returns the tracers of bodies that are being excavated.
   pure function of_taken_out(model) result(chosen)
     type(model_type), intent(in) :: model
     logical :: chosen(model%state%tracers%count)
@@ -276,15 +275,15 @@ contains
     end do
   end function of_taken_out
 
-  !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
+  !> Updated Lagrangian FEM: the nodes retain their displacement; points retain their local coordinates.
   subroutine carry_mesh(activation, displacement, mesh, coordinates, error)
     type(activation_type), intent(in) :: activation
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     type(mesh_type), intent(inout) :: mesh
-    !> Those of the state; unchanged with an error (dimension, node_count).
+    !> Coordinates stored in the state; unchanged on error (dimension, node_count).
     real(wp), intent(inout) :: coordinates(:, :)
-    !> The mesh is tangled.
+    !> An element is tangled.
     type(error_type), allocatable, intent(out) :: error
     character(len=100) :: text
     integer :: k, c
@@ -300,7 +299,8 @@ contains
     coordinates = mesh%coordinates
   end subroutine carry_mesh
 
-  !> The rows of a moving mesh follow the plate: mesh and space, and what the state knows of them.
+  !> Moves the rows of a moving mesh with the plate: updates the mesh, the space and the corresponding data of the
+  !> state.
   subroutine move_rows(model, displacement)
     type(model_type), intent(inout) :: model
     !> Displacement of the step (dimension, node_count).
@@ -315,12 +315,12 @@ contains
     call refresh_space(model%space, model%mesh)
   end subroutine move_rows
 
-  !> The rows of a moving mesh follow a rigid body, as long as there is room for them ahead of it.
+  !> Moves the rows of a moving mesh with a rigid body as long as there are enough cells ahead of it.
   subroutine follow_body(model, bodies, error)
     type(model_type), intent(inout) :: model
-    !> The bodies where they are at the end of the step.
+    !> Bodies at their position at the end of the step.
     type(placed_shape_type), intent(in) :: bodies(:)
-    !> error_not_converged: no room is left.
+    !> error_not_converged: too few cells remain.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: place
 
@@ -340,7 +340,7 @@ contains
     call refresh_space(model%space, model%mesh)
   end subroutine follow_body
 
-  !> Mean displacement of the plate along the axis of the moving mesh.
+  !> Returns the mean displacement of the plate along the axis of the moving mesh.
   real(wp) function plate_displacement(model, displacement) result(move)
     type(model_type), intent(in) :: model
     !> Displacement of the step (dimension, node_count).
@@ -352,13 +352,13 @@ contains
     end associate
   end function plate_displacement
 
-  !> Point location: owner cells of everything that rides, of what this process answers for.
+  !> Point location: finds the cells of all points that this process owns.
   subroutine find_again(mesh, cell_size, part, state, error)
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: cell_size
     type(own_part_type), intent(in) :: part
     type(state_type), intent(inout) :: state
-    !> Something has left the mesh.
+    !> A point has left the mesh.
     type(error_type), allocatable, intent(out) :: error
 
     call find(state%points, 'material point', part%points)
@@ -373,14 +373,14 @@ contains
 
   contains
 
-    !> Owner cells of some of it, unless something else has left the mesh.
+    !> Finds the cells of one set of points, unless an earlier set has left the mesh.
     subroutine find(carried, name, own)
       class(carried_type), intent(inout) :: carried
       character(len=*), intent(in) :: name
       logical, intent(in), optional :: own(:)
 
       if (allocated(error)) return
-      ! Places without a cell are those of bodies that wait beyond the part of the grid that this process looks at.
+      ! Points without a cell belong to inactive bodies outside of the part of the grid that this process stores.
       if (present(own)) then
         call relocate(mesh, cell_size, carried, name, error, own .and. carried%cell > 0)
       else

@@ -1,16 +1,15 @@
-!> How far the integration is off in bodies that the grid cuts, as notes and warnings: where the points are integrated,
-!> not the cells, and where cells are but the material can yield, so that the outline is not followed.
+!> Integration error in bodies that the grid cuts, reported as notes and warnings: where material points are the
+!> integration points, and where cells are integrated but the material can yield, so that the outline is not followed.
 !>
-!> The points of a cut cell lose the moments of what lies in it as the body moves. What is lost shows without a
-!> solution being known: the divergence theorem, for every function
+!> The points of a cut cell lose the moments of the material in it as the body moves. The loss can be measured without a
+!> known solution by the divergence theorem, which requires for every function
 !>
 !>   d_a  =  sum over integration points of V grad N_a  -  integral of N_a n over the outline  =  0
 !>
-!> With the mean stress around the node, sigma_a, sigma_a d_a is the force out of balance in a state that is in
-!> equilibrium. It is reported as a share: its norm over all nodes over that of the tractions on the outline, sigma_a
-!> times
-!> the integral. At a surface without load it counts as little as the stress there. In axisymmetry the hoop stress is
-!> taken for the radial one. Figures: docs/methods/bodies.md.
+!> With the mean stress around the node, sigma_a, the product sigma_a d_a is the force out of balance in a state that is
+!> in equilibrium. It is reported as a ratio: its norm over all nodes over that of the tractions on the outline, sigma_a
+!> times the integral. At a surface without load its weight is as small as the stress there. In axisymmetry the radial
+!> stress is used in place of the hoop stress. Figures: docs/methods/bodies.md.
 module qsmpm_cut_cell_check
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
@@ -35,23 +34,23 @@ module qsmpm_cut_cell_check
   public :: cut_cell_check_type, measure_cut_cells, warn_of_cut_cells, end_cut_cell_check
   public :: level_of, level_none, level_note, level_warning
 
-  !> Violation from which it is noted, and from which it is a warning where nothing but smaller cells makes it less: at
-  !> 0.4 % the root mean square of the errors of all stresses of the turned block is 0.6 %, at 3.1 % it is 1.4 %.
+  !> Ratios above which a note is printed, and a warning where only smaller cells reduce the error: at 0.4 % the root
+  !> mean square of the errors of all stresses of the turned block is 0.6 %, at 3.1 % it is 1.4 %.
   real(wp), parameter :: told_from = 0.004_wp, warned_from = 0.02_wp
 
-  !> What is made of a violation.
+  !> Level at which a ratio is reported.
   integer, parameter :: level_none = 0, level_note = 1, level_warning = 2
 
-  !> What has been seen and reported so far; outlives the step.
+  !> Results and reports so far; persists between steps.
   type :: cut_cell_check_type
-    !> Violation in this step, and where it is largest (dimension).
+    !> Ratio in this step, and place of the largest contribution (dimension).
     real(wp) :: share = 0.0_wp
     real(wp), allocatable :: place(:)
-    !> Steps accepted before it was measured.
+    !> Number of accepted steps at the time of the measurement.
     integer :: measured_after = -1
-    !> Bodies whose outlines did not bound them any more then (bodies).
+    !> Bodies whose outlines did not enclose their points at that time (bodies).
     logical, allocatable :: lost(:)
-    !> Largest violation of the phase, and how it was reported; bodies whose lost outline is reported (bodies).
+    !> Largest ratio of the phase and the level of its report; bodies whose invalid outline has been reported (bodies).
     real(wp) :: worst = 0.0_wp
     integer :: level = level_none
     logical, allocatable :: lost_reported(:)
@@ -59,8 +58,8 @@ module qsmpm_cut_cell_check
 
 contains
 
-  !> Measure the violation of bodies that are not integrated inside of their outlines, as they are at the start of a
-  !> step: once a step, not for every attempt at it.
+  !> Measures the ratio for bodies that are not integrated inside their outlines, in the configuration at the start of a
+  !> step; once per step, not for every attempt.
   subroutine measure_cut_cells(model, configuration, integration, check)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
@@ -98,7 +97,7 @@ contains
     end associate
   end subroutine measure_cut_cells
 
-  !> Mean stress of the material points around each node, weighted by |N| V (4 or 6, nodes).
+  !> Computes the mean stress of the material points around each node, weighted by |N| V (4 or 6, nodes).
   pure subroutine find_mean_stress(points, at_points, stress)
     type(points_type), intent(in) :: points
     !> Basis at the material points.
@@ -125,7 +124,7 @@ contains
     stress = stress/spread(max(volume, tiny(1.0_wp)), 1, size(stress, 1))
   end subroutine find_mean_stress
 
-  !> A stress times a vector.
+  !> Returns the product of a stress and a vector.
   pure function traction(stress, vector)
     !> 11, 22, 33, 12, 13, 23 (4 or 6).
     real(wp), intent(in) :: stress(:)
@@ -141,8 +140,9 @@ contains
     traction(3) = stress(5)*vector(1) + stress(6)*vector(2) + stress(3)*vector(3)
   end function traction
 
-  !> Integrals of N n over the outlines (dimension, nodes); those that reach by less than a point into a cell without
-  !> points count for the nodes that this one shares with the body, those of others have no stress.
+  !> Computes the integrals of N n over the outlines (dimension, nodes). Where an outline extends by less than a point
+  !> into a cell without points, its part counts for the nodes that this cell shares with the body; other cells without
+  !> points have no stress.
   subroutine integrate_outlines(model, bodies, sums)
     type(model_type), intent(in) :: model
     type(body_quadrature_type), intent(in) :: bodies
@@ -161,7 +161,8 @@ contains
     end do
   end subroutine integrate_outlines
 
-  !> Sums of V grad N over the bodies, in axisymmetry with N/r for the first component (dimension, nodes).
+  !> Computes the sums of V grad N over the bodies, in axisymmetry with N/r added to the first component (dimension,
+  !> nodes).
   subroutine integrate_gradients(model, activation, bodies, integration, sums)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
@@ -175,7 +176,7 @@ contains
       n = integration%node_first(g + 1) - integration%node_first(g)
       associate (nodes => integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
         do q = integration%first(g), integration%first(g + 1) - 1
-          ! Of bodies that are integrated inside of their outlines.
+          ! Points of bodies that are integrated inside their outlines are skipped.
           if (integration%source(q) < 0 .and. integration%source(q) >= -integration%received) cycle
           if (.not. bodies%carried(body_of(model, activation, integration, g, q))) cycle
           b = integration%directions*place_of(integration, g, q)
@@ -190,7 +191,7 @@ contains
     end do
   end subroutine integrate_gradients
 
-  !> Body of an integration point; that of a Gauss point of a full cell is the body of the cell's points.
+  !> Returns the body of an integration point; for a Gauss point of a full cell, the body of the points of the cell.
   pure integer function body_of(model, activation, integration, group, point) result(body)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
@@ -203,7 +204,7 @@ contains
     body = model%state%points%body(source)
   end function body_of
 
-  !> Tell when the violation is large for the first time in a phase, and of outlines that are lost.
+  !> Reports a large ratio when it first occurs in a phase, and outlines that are no longer valid.
   subroutine warn_of_cut_cells(model, configuration, check, observer)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
@@ -230,7 +231,8 @@ contains
       'cells of half the size halve the error                           ', curable)))
   end subroutine warn_of_cut_cells
 
-  !> Whether INTEGRATION=CELL would follow the outline at the place where it is worst: that of a body that cannot yield.
+  !> Returns whether INTEGRATION=CELL would follow the outline at the place of the largest error, that is whether it
+  !> belongs to a body that cannot yield.
   logical function is_curable(model, place)
     type(model_type), intent(in) :: model
     !> (dimension)
@@ -257,10 +259,10 @@ contains
     if (nearest(1) > 0) is_curable = .not. any_of(model%part%team, flows(model, int(nearest(1))))
   end function is_curable
 
-  !> What is made of a violation.
+  !> Returns the level at which a ratio is reported.
   pure integer function level_of(share, curable) result(level)
     real(wp), intent(in) :: share
-    !> The method can be chosen so that there is none.
+    !> Another choice of the method would avoid the error.
     logical, intent(in) :: curable
 
     level = level_none
@@ -268,7 +270,7 @@ contains
     if (share > warned_from .or. (share > told_from .and. curable)) level = level_warning
   end function level_of
 
-  !> What a sentence of a level begins with.
+  !> Returns the prefix of a message of a level.
   pure function prefix(level) result(text)
     integer, intent(in) :: level
     character(len=:), allocatable :: text
@@ -277,10 +279,11 @@ contains
     if (level == level_warning) text = 'warning: '
   end function prefix
 
-  !> Warn of outlines that do not bound their points any more, once each.
+  !> Warns, once for each body, of outlines that no longer enclose their points.
   subroutine warn_of_lost(model, lost, integrates, consequence, check, observer)
     type(model_type), intent(in) :: model
-    !> Bodies whose outlines bound them no more (bodies); of these only those that are integrated inside, or the others.
+    !> Bodies whose outlines no longer enclose them (bodies); only those integrated inside their outlines, or only the
+    !> others.
     logical, intent(in) :: lost(:)
     logical, intent(in) :: integrates
     character(len=*), intent(in) :: consequence
@@ -300,7 +303,7 @@ contains
     end do
   end subroutine warn_of_lost
 
-  !> Report the worst violation of a phase, where one was reported.
+  !> Reports the largest ratio of a phase, if one was reported before.
   subroutine end_cut_cell_check(phase, check, observer)
     character(len=*), intent(in) :: phase
     type(cut_cell_check_type), intent(inout) :: check
@@ -312,7 +315,7 @@ contains
     check%worst = 0.0_wp
   end subroutine end_cut_cell_check
 
-  !> A violation as a sentence.
+  !> Returns the text that reports a ratio.
   function violation_text(share) result(text)
     real(wp), intent(in) :: share
     character(len=:), allocatable :: text

@@ -1,16 +1,16 @@
-!> The Lagrangian phase (paper, section 3.2): displacements of the step in equilibrium.
+!> Lagrangian phase of a step (paper, section 3.2): displacements of the step in equilibrium.
 !>
 !>   [K^E + K^G] d(dv) = sum f_external - sum f_internal - sum f_numerical          (eqs. 21-25)
 !>
-!> either with the matrix frozen at the start of the step (modified Newton, eq. 22) or with the
-!> consistent tangent (full Newton) and a line search. It stops by eq. 27. Nothing here is accepted:
-!> the caller looks at `converged`, and a solution that is not is thrown away. A number that cannot be computed
-!> with (NaN, infinite, beyond 1e100) loses the step, and the reason names the force or the point that it
-!> came from. The forces are those of the terms (qsmpm_term); none is known here by name. With further fields
-!> `displacement` is the table of all unknowns (qsmpm_unknowns), and a force one of its columns.
+!> The equations are solved either with the matrix frozen at the start of the step (modified Newton, eq. 22) or with the
+!> consistent tangent (full Newton) and a line search. The iterations stop by eq. 27. The module does not accept steps:
+!> the caller checks `converged` and discards a solution that has not converged. A value that is not usable (NaN,
+!> infinite, beyond 1e100) makes the step fail, and the reason names the force or the point that it came from. The
+!> forces are those of the terms (qsmpm_term); no term is referred to by name. With further fields `displacement` is the
+!> table of all unknowns (qsmpm_unknowns), and a force one of its columns.
 !>
-!> The tangent of a trial is of use only when the trial is taken and not yet in equilibrium. Where the
-!> course of the iterations says otherwise it is left out, and found afterwards when that was wrong.
+!> The tangent of a trial is needed only when the trial is accepted and not yet in equilibrium. Where the course of the
+!> iterations suggests otherwise, the tangent is omitted and computed afterwards if the forecast was wrong.
 module qsmpm_equilibrium
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank, spread_text
   use qsmpm_finite, only: is_usable, all_usable, unusable
@@ -36,101 +36,103 @@ module qsmpm_equilibrium
 
   public :: solution_type, target_type, solve_equilibrium
 
-  !> Largest displacement of an iteration in cell sizes, and halvings of the line search, which in a search for
-  !> a factor of safety begins with so many fewer than the iteration before took.
+  !> Largest displacement of an iteration in cell sizes, and number of halvings of the line search. In a safety search
+  !> it starts with `fewer_halvings` fewer than the previous iteration used.
   real(wp), parameter :: largest_correction = 2.0_wp
   integer, parameter :: most_halvings = 6, fewer_halvings = 2
-  !> An iteration must lower the residual by this share of its length; growing beyond this factor ends
-  !> the step, and so do in such a search so many iterations in a row that find no lower one.
+  !> An iteration must lower the residual by `least_descent` times the length of the correction; growth by more than
+  !> `most_growth` ends the step, and so do, in a safety search, `most_raised` successive iterations that find no lower
+  !> residual.
   real(wp), parameter :: least_descent = 1.0e-4_wp, most_growth = 3.0_wp
   integer, parameter :: most_raised = 3
-  !> Of the residual before: an iteration that leaves more is looked at for rounding.
+  !> Ratio to the previous residual above which an iteration is checked for rounding.
   real(wp), parameter :: stalling = 0.1_wp
-  !> Relative residual at which a frozen iteration is called divergent.
+  !> Relative residual above which a frozen iteration is classified as divergent.
   real(wp), parameter :: divergence = 1.0e3_wp
 
-  !> What is to be reached.
+  !> Goal of the solution of a step.
   type :: target_type
-    !> Change in the step of constrained components (components, nodes). The loads are in force already.
+    !> Change of constrained components in the step (components, nodes). The loads are already applied.
     real(wp), allocatable :: prescribed(:, :)
-    !> Increment of the loads from the start of the step, on the body as the solve finds it (components, nodes).
+    !> Increment of the loads from the start of the step, in the configuration at the start (components, nodes).
     real(wp), allocatable :: increment(:, :)
-    !> Unknowns that the iterations start from, with what is prescribed (components, nodes); unallocated for zero.
+    !> Unknowns from which the iterations start, including prescribed values (components, nodes); zero if unallocated.
     real(wp), allocatable :: guess(:, :)
-    !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
+    !> Lower bound of the norm of the load: for a load that the phase reduces to zero, its norm at the start of the
+    !> phase.
     real(wp) :: least_load = 0.0_wp
-    !> The same of what the phase moves.
+    !> Lower bound of the norm of the forces changed by the phase.
     real(wp) :: least_moved = 0.0_wp
-    !> Share of the phase that the step is; 0 for one at constant load.
+    !> Share of the phase covered by the step; 0 at constant load.
     real(wp) :: phase_share = 0.0_wp
-    !> Out-of-balance allowed (eq. 27).
+    !> Allowed out-of-balance (eq. 27).
     real(wp) :: tolerance = 1.0e-4_wp
   end type target_type
 
-  !> What was reached.
+  !> Result of the solution of a step.
   type :: solution_type
     logical :: converged = .false.
-    !> Displacements are prescribed somewhere.
+    !> Nonzero displacements are prescribed.
     logical :: pushed = .false.
-    !> The iterations have started from a guess.
+    !> The iterations started from a guess.
     logical :: guessed = .false.
-    !> Kind of failure, one of the error codes.
+    !> Kind of failure: one of the error codes.
     integer :: cause = error_not_converged
-    !> Why not converged.
+    !> Reason why the solution has not converged.
     character(len=:), allocatable :: reason
-    !> Displacement of the step, with the changes of further fields behind it (components, nodes).
+    !> Displacement of the step, followed by the changes of further fields (components, nodes).
     real(wp), allocatable :: displacement(:, :)
     !> Internal and external force at the end (components, nodes).
     real(wp), allocatable :: internal_force(:, :), external_force(:, :)
     integer :: iterations = 0
-    !> Those of an attempt before that led nowhere.
+    !> Iterations of a previous failed attempt.
     integer :: lost_iterations = 0
     real(wp) :: out_of_balance = huge(1.0_wp)
-    !> That of the forces as a whole, which a line search lowers.
+    !> Out-of-balance of the forces as a whole, which a line search reduces.
     real(wp) :: whole_imbalance = huge(1.0_wp)
-    !> The same at the end without transient terms: what a step is accepted by.
+    !> Out-of-balance at the end without transient terms, by which a step is accepted.
     real(wp) :: undamped_out_of_balance = huge(1.0_wp)
-    !> What residuals and shares refer to.
+    !> Reference values of residuals and shares.
     type(references_type) :: references
-    !> What the terms carry that have a share.
+    !> Shares of the terms that have one.
     type(solve_share_type), allocatable :: shares(:)
-    !> What the load increment does; set by whoever knows it.
+    !> Work of the load increment; set by the caller.
     type(compliance_type) :: compliance
     real(wp) :: largest_move = 0.0_wp
-    !> Share of the step's displacements and stresses that is due to its length, and whether that is why
-    !> it was not taken; set by whoever looks at it.
+    !> Error of the displacements and stresses due to the length of the step, as a share, and whether the step was
+    !> rejected for it; set by the caller.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
-    !> Share of the pore pressures that its length bends (qsmpm_load_step); set by whoever looks at it.
+    !> Error of the pore pressures due to the length of the step (qsmpm_load_step); set by the caller.
     real(wp) :: water_error = 0.0_wp
-    !> Share of the step that a law would rather have been asked for; 0 when not set.
+    !> Share of the step that a law requests instead; 0 if not set.
     real(wp) :: share = 0.0_wp
-    !> A law has failed: no smaller step will help.
+    !> A law has failed: a smaller step does not help.
     logical :: broken = .false.
-    !> Node with the largest residual of the field that is worst, how large it is, its label and place; of the own nodes
-    !> until they are compared with those of the team.
+    !> Node with the largest residual of the critical field, the size of this residual, the label and the place of the
+    !> node; refers to owned nodes until it is compared among the processes of the team.
     integer :: worst_node = 0
     real(wp) :: worst_size = 0.0_wp
     integer :: worst_label = 0
     real(wp) :: worst_place(3) = 0.0_wp
-    !> Where the stabilisation carries the largest share; set by whoever knows places.
+    !> Place of the largest share of the stabilisation; set by the caller.
     real(wp) :: share_place(3) = 0.0_wp
   end type solution_type
 
-  !> What the iterations so far say of the next trial.
+  !> Data of the iterations so far from which the next trial is predicted.
   type :: forecast_type
-    !> Residual of the iteration before the last one, 0 for none, the halvings that the last one took, and how many in a
-    !> row have found no lower residual.
+    !> Residual of the iteration before the last one (0 for none), number of halvings of the last iteration, and number
+    !> of successive iterations that found no lower residual.
     real(wp) :: previous = 0.0_wp
     integer :: halvings = 0
     integer :: raised = 0
-    !> The last evaluation has made the matrix.
+    !> The last evaluation has formed the matrix.
     logical :: has_tangent = .true.
   end type forecast_type
 
 contains
 
-  !> Iterate to equilibrium.
+  !> Iterates to equilibrium.
   subroutine solve_equilibrium(model, step, goal, controls, solution)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
@@ -174,8 +176,9 @@ contains
     end do
   end subroutine solve_equilibrium
 
-  !> Whether the first correction from rest leads upwards, however short: soil at the tip of its cone, without cohesion
-  !> and stress, has next to no stiffness. It is found anew from the elastic one.
+  !> Returns whether the first correction from rest increases the residual, however short it is: soil at the apex of its
+  !> yield cone, without cohesion and stress, has nearly no stiffness. The correction is then computed again with the
+  !> elastic stiffness.
   pure logical function begins_softly(solution, forecast)
     type(solution_type), intent(in) :: solution
     type(forecast_type), intent(in) :: forecast
@@ -184,9 +187,9 @@ contains
       (solution%guessed .or. solution%pushed .or. solution%broken)
   end function begins_softly
 
-  !> Whether an iteration has answered what the step asks for: a second one where displacements are prescribed, for the
-  !> matrix of the first is that of before the push, but one from a guess that has them; none is needed behind one that
-  !> leaves rounding.
+  !> Returns whether an iteration has responded to the load of the step. Where displacements are prescribed a second
+  !> iteration is needed, because the matrix of the first is that before the prescribed change, except from a guess that
+  !> contains them; none is needed after an iteration whose residual is rounding.
   pure logical function is_answered(solution)
     type(solution_type), intent(in) :: solution
     real(wp), parameter :: rounding = 1.0e-10_wp
@@ -196,11 +199,11 @@ contains
     is_answered = solution%iterations >= least .or. (solution%iterations == 1 .and. solution%out_of_balance <= rounding)
   end function is_answered
 
-  !> Whether iterations that are at their bound go on: the residual is near to what is allowed and falls, up to twice as
-  !> many.
+  !> Returns whether iterations continue beyond their maximum, up to twice as many: the residual is close to the
+  !> tolerance and decreases.
   pure logical function is_ending(forecast, most, tolerance, solution)
     type(forecast_type), intent(in) :: forecast
-    !> Iterations allowed, and residual.
+    !> Maximum number of iterations.
     integer, intent(in) :: most
     real(wp), intent(in) :: tolerance
     type(solution_type), intent(in) :: solution
@@ -210,7 +213,7 @@ contains
       falls*forecast%previous)
   end function is_ending
 
-  !> Forces and tangent at the start of the step, with the force that prescribed displacements will call up.
+  !> Evaluates forces and tangent at the start of the step, including the force due to prescribed displacements.
   subroutine evaluate_start(model, step, goal, tangent, residual, solution)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
@@ -243,10 +246,11 @@ contains
     end if
   end subroutine evaluate_start
 
-  !> Note why the solution is not to be used: what a term says of the last evaluation, or a sentence.
+  !> Stores the reason of a failed solution: the message of the last evaluation if a term has failed, otherwise the
+  !> given one.
   subroutine give_up(step, reason, solution)
     type(step_type), intent(in) :: step
-    !> Sentence.
+    !> Text.
     character(len=*), intent(in) :: reason
     type(solution_type), intent(inout) :: solution
 
@@ -259,7 +263,7 @@ contains
     solution%share = step%failure%share
   end subroutine give_up
 
-  !> Residual at the free components and its size relative to the load (eq. 27).
+  !> Computes the residual at the free components and its ratio to the load (eq. 27).
   subroutine out_of_balance(step, goal, residual, solution)
     type(step_type), intent(in) :: step
     type(target_type), intent(in) :: goal
@@ -286,7 +290,7 @@ contains
     end associate
   end subroutine out_of_balance
 
-  !> Norm of what the whole phase changes of the load, by the share of it that the step is.
+  !> Returns the norm of the load change of the whole phase, extrapolated from the share that the step covers.
   real(wp) function phase_load(step, goal)
     type(step_type), intent(in) :: step
     type(target_type), intent(in) :: goal
@@ -298,7 +302,8 @@ contains
     phase_load = joint_norm(step%team, norm2(pack(load, step%field_of == 1)))/goal%phase_share
   end function phase_load
 
-  !> Give up where the residual or the load cannot be computed with, and say which force it is and where.
+  !> Stops the iterations where the residual or the load is not a usable number, and reports which force it is and
+  !> where.
   subroutine check_forces(step, residual, solution)
     type(step_type), intent(in) :: step
     !> Residual at the free components (equations).
@@ -323,7 +328,7 @@ contains
     if (rank < step%team%ranks) call spread_text(step%team, rank, solution%reason)
   end subroutine check_forces
 
-  !> Solve for the correction; the first one brings in the prescribed displacements.
+  !> Solves for the correction; the first one includes the prescribed displacements.
   subroutine correct(step, goal, keep_factors, residual, correction, solution)
     type(step_type), intent(inout) :: step
     type(target_type), intent(in) :: goal
@@ -368,10 +373,10 @@ contains
     end if
   end subroutine correct
 
-  !> Complete the matrix and factorise it.
+  !> Completes the matrix and factorises it.
   subroutine factorise(step, displacement, error)
     type(step_type), intent(inout) :: step
-    !> Displacement that was evaluated (components, nodes).
+    !> Displacement of the last evaluation (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
     type(error_type), allocatable, intent(out) :: error
 
@@ -381,23 +386,23 @@ contains
     call factorise_jointly(step%joint, step%team, step%system, step%equations, step%matrix, error)
   end subroutine factorise
 
-  !> Residual relative to the right-hand side that an iterated correction may leave: a tenth of what the step
-  !> asks of the forces, and three digits where the next iteration corrects more than that anyway.
+  !> Returns the residual, relative to the right-hand side, that an iterative solver may leave in a correction: a tenth
+  !> of the tolerance of the step, and three digits where the next iteration corrects more than that anyway.
   pure real(wp) function digits_of_correction(tolerance, out_of_balance)
-    !> Out-of-balance allowed, and the one to be corrected.
+    !> Allowed out-of-balance, and the one to be corrected.
     real(wp), intent(in) :: tolerance, out_of_balance
     real(wp), parameter :: coarsest = 1.0e-3_wp, finest = 1.0e-11_wp, margin = 0.1_wp
 
     digits_of_correction = min(coarsest, max(finest, margin*tolerance/max(out_of_balance, tolerance)))
   end function digits_of_correction
 
-  !> Take the correction, or as much of it as lowers the residual.
+  !> Applies the correction, or the part of it that reduces the residual.
   subroutine search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
     type(target_type), intent(in) :: goal
     type(controls_type), intent(in) :: controls
-    !> Which tangent is wanted.
+    !> Kind of tangent required.
     integer, intent(in) :: tangent
     !> Correction of the displacement (components, nodes).
     real(wp), intent(in) :: correction(:, :)
@@ -444,7 +449,7 @@ contains
       solution%whole_imbalance/most_growth > max(whole_before, goal%tolerance)), solution)
   end subroutine search_line
 
-  !> A residual that no longer falls may be rounding: judge what is more than that.
+  !> Checks whether a residual that no longer decreases is rounding, and assesses the part of it beyond rounding.
   subroutine look_beyond_rounding(model, step, tolerance, residual, solution)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
@@ -465,12 +470,12 @@ contains
     solution%out_of_balance = ratio
   end subroutine look_beyond_rounding
 
-  !> Give up where the trial that was taken leads nowhere.
+  !> Stops the iterations where the accepted trial cannot lead to equilibrium.
   subroutine judge_trial(step, residual, frozen, raised, solution)
     type(step_type), intent(in) :: step
     !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
-    !> With the matrix of the start of the step; a line search leads upwards.
+    !> The matrix is that of the start of the step; the line search found no lower residual.
     logical, intent(in) :: frozen, raised
     type(solution_type), intent(inout) :: solution
 
@@ -487,17 +492,17 @@ contains
     end if
   end subroutine judge_trial
 
-  !> Whether the tangent of a trial will be wanted: not when the last iteration has refused a trial of this
-  !> length, nor when the residual should fall below the tolerance. It falls in proportion to its square
-  !> once it does so; a hundredth of the tolerance, or the usual number of iterations, makes sure of that.
+  !> Returns whether the tangent of a trial will be required: not when the last iteration rejected a trial of this
+  !> length, nor when the residual is expected to fall below the tolerance. Near the solution the residual decreases
+  !> with its square; a hundredth of the tolerance, or the usual number of iterations, provides a margin.
   pure logical function is_wanted(forecast, halving, residual, tolerance, iteration, usual) result(wanted)
     type(forecast_type), intent(in) :: forecast
-    !> Halvings of the trial.
+    !> Number of halvings of the trial.
     integer, intent(in) :: halving
-    !> Residual before it, and the one allowed.
+    !> Previous residual, and tolerance.
     real(wp), intent(in) :: residual
     real(wp), intent(in) :: tolerance
-    !> Number of the iteration, and how many the last solution took.
+    !> Number of the iteration, and number of iterations of the last solution.
     integer, intent(in) :: iteration
     integer, intent(in) :: usual
     real(wp) :: expected
@@ -508,10 +513,11 @@ contains
     wanted = expected > merge(tolerance, 0.01_wp*tolerance, iteration >= usual)
   end function is_wanted
 
-  !> Shares of the terms, the residual without transient ones, forces at the end, largest move.
+  !> Collects the shares of the terms, the residual without transient terms, the forces at the end and the largest
+  !> displacement.
   subroutine take_shares(step, tolerance, residual, solution)
     type(step_type), intent(in) :: step
-    !> Out-of-balance allowed.
+    !> Allowed out-of-balance.
     real(wp), intent(in) :: tolerance
     !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
@@ -532,7 +538,7 @@ contains
     solution%largest_move = largest_displacement(step, solution%displacement)
   end subroutine take_shares
 
-  !> Largest component of the displacement among all unknowns.
+  !> Returns the largest displacement component among all unknowns.
   real(wp) function largest_displacement(step, values)
     type(step_type), intent(in) :: step
     !> (components, nodes)

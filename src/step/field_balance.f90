@@ -1,21 +1,22 @@
-!> Out-of-balance of a step with one field or several (eq. 27): the residual of each relative to a reference of its own
-!> and to the tolerance of its own, so that none hides behind the numbers of another's units. The largest one decides.
+!> Out-of-balance of a step with one or several fields (eq. 27): the residual of each field relative to its own
+!> reference and its own tolerance, so that the result does not depend on units. The largest ratio decides.
 !>
-!> The paper refers to the load. A far wall, or the weight of wide ground, is then the measure of what a small footing
-!> does, and hides it. So the forces are judged twice, and both must hold:
+!> The reference of the paper is the load, which may be dominated by a distant wall or the weight of a wide soil mass
+!> and conceal the residual at a small footing. The forces must therefore satisfy two criteria:
 !>
-!>   as a whole    |r| / min(R, L)       L  the load, with prescribed values, or without load, at least the reactions
-!>                                       R  what the phase moves: its change of load, the reactions of components
-!>                                          that are moved, the forces of rigid bodies, and these two at the
-!>                                          least as they were when it began; L where it moves nothing
+!>   as a whole    |r| / min(R, L)       L  norm of the load; with prescribed values, or without load, at least that
+!>                                          of the reactions
+!>                                       R  norm of what the phase changes: its change of load, the reactions of moved
+!>                                          components, the forces of rigid bodies; for these two at least the
+!>                                          value at the start of the phase; L where the phase moves nothing
 !>   at each node  max |r_a| / F_a       F_a  internal forces by their size around the node (qsmpm_term_share)
 !>
-!> Strains are known to a digit of rounding, forces therefore to  eps sum_j |K_ij| (h + |du|),  h the size of the cells
-!> around, and what other fields take of the displacement to  eps sum_j |K_ij| |du|: what a residual has below that no
-!> iteration takes away, and where one stalls it is left out (`leave_rounding`).
+!> Strains are computed to a digit of rounding, forces therefore to eps sum_j |K_ij| (h + |du|), h the size of the cells
+!> around the node, and what other fields contribute through the displacement to eps sum_j |K_ij| |du|. Iterations
+!> cannot reduce a residual below this bound; where they stall, this part is subtracted (`leave_rounding`).
 !>
 !> In any other field the reference is the norm of the external contributions at the free components, and at least that
-!> of the contributions of the terms by their size: what flows in a closed body has neither load nor reaction.
+!> of the contributions of the terms by their size: flow in a closed body has neither load nor reaction.
 module qsmpm_field_balance
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of, joint_norm
@@ -37,28 +38,29 @@ module qsmpm_field_balance
 
   public :: references_type, find_references, find_imbalance, leave_rounding
 
-  !> Of the load (L above) a change, and of all internal forces those around a node, that are taken for rounding.
+  !> Change of load over L, and forces around a node over all internal forces, below which they are rounding.
   real(wp), parameter :: rounding = 1.0e-8_wp
 
-  !> Roundings that add up in a force.
+  !> Factor for the accumulation of rounding errors in a force.
   real(wp), parameter :: roundings = 64.0_wp
 
-  !> What residuals refer to.
+  !> Reference values of the residuals.
   type :: references_type
-    !> Norm of the load, L above, which shares of the terms refer to.
+    !> Norm of the load, L above, to which the shares of the terms refer.
     real(wp) :: load = 0.0_wp
-    !> (fields)
+    !> Reference of each field (fields).
     real(wp), allocatable :: field(:)
   end type references_type
 
 contains
 
-  !> References at the last evaluation.
+  !> Computes the references at the last evaluation.
   subroutine find_references(step, displacement, prescribed, least_load, phase_load, references)
     type(step_type), intent(in) :: step
-    !> Displacement that was evaluated, and prescribed changes (components, nodes).
+    !> Evaluated displacement, and prescribed changes (components, nodes).
     real(wp), intent(in) :: displacement(:, :), prescribed(:, :)
-    !> Norm of the load at the least, and of what the phase changes of it or has moved from its start.
+    !> Lower bound of the norm of the load, and norm of the load change of the phase or of the forces moved since its
+    !> start.
     real(wp), intent(in) :: least_load, phase_load
     type(references_type), intent(inout) :: references
     real(wp) :: load(step%equations%count), bodies(size(prescribed, 1), size(prescribed, 2)), moved
@@ -92,7 +94,7 @@ contains
     if (moved > rounding*references%load) references%field(1) = min(moved, references%load)
   end subroutine find_references
 
-  !> Norm of the reactions at constrained components of some columns, all of them or those that are moved.
+  !> Returns the norm of the reactions at constrained components of some columns, all of them or those that are moved.
   real(wp) function reactions(step, first, last, moved)
     type(step_type), intent(in) :: step
     integer, intent(in) :: first, last
@@ -106,19 +108,20 @@ contains
     reactions = joint_norm(step%team, norm2(pack(step%forces%internal(:, first:last), counted)))
   end function reactions
 
-  !> The largest relative residual of the fields, in parts of what the forces are allowed, and which field has it; where
-  !> the forces hold as a whole also node by node, and which one is worst.
+  !> Finds the largest relative residual of the fields, scaled to the tolerance of the forces, and its field; where the
+  !> forces hold as a whole also node by node, and the critical node.
   subroutine find_imbalance(step, residual, references, tolerance, whole, ratio, field, node)
     type(step_type), intent(in) :: step
     !> (equations)
     real(wp), intent(in) :: residual(:)
     type(references_type), intent(in) :: references
-    !> What the step is asked for.
+    !> Tolerance of the step.
     real(wp), intent(in) :: tolerance
-    !> As a whole alone, and with what is at the nodes.
+    !> Ratio of the forces as a whole only, and ratio including the nodes.
     real(wp), intent(out) :: whole, ratio
     integer, intent(out) :: field
-    !> Its own node that is worst against the forces around it; 0 where nodes were not asked or do not decide.
+    !> Owned node with the largest residual relative to the forces around it; 0 where nodes were not checked or do not
+    !> decide.
     integer, intent(out) :: node
     real(wp) :: ratios(size(references%field))
     integer :: f
@@ -134,7 +137,7 @@ contains
     if (whole <= tolerance .and. whole > 0.0_wp) call look_at_nodes(step, residual, field, ratio, node)
   end subroutine find_imbalance
 
-  !> The largest residual of a node relative to the forces around it, where it is larger than the ratio so far.
+  !> Finds the largest residual of a node relative to the forces around it, if it exceeds the ratio so far.
   subroutine look_at_nodes(step, residual, field, ratio, node)
     type(step_type), intent(in) :: step
     !> (equations)
@@ -161,12 +164,12 @@ contains
     node = maxloc(ratios, dim=1)
   end subroutine look_at_nodes
 
-  !> Take from the residual what is rounding.
+  !> Subtracts rounding from the residual.
   subroutine leave_rounding(mesh, space, step, displacement, residual)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(step_type), intent(in) :: step
-    !> Displacement that was evaluated (components, nodes).
+    !> Evaluated displacement (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
     !> (equations)
     real(wp), intent(inout) :: residual(:)
@@ -182,7 +185,7 @@ contains
     residual = sign(max(0.0_wp, abs(residual) - roundings*epsilon(1.0_wp)*sums*length), residual)
   end subroutine leave_rounding
 
-  !> Largest extent of the cells, or other lists of coupled nodes, around each node.
+  !> Returns the largest extent of the cells, or of other lists of coupled nodes, around each node.
   pure function sizes_of_cells(mesh, space, connectivity, node_count) result(sizes)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
@@ -203,7 +206,8 @@ contains
     end do
   end function sizes_of_cells
 
-  !> A norm relative to its reference; without any everything must vanish. What is not a number is as large as can be.
+  !> Returns a norm relative to its reference; without a reference any nonzero norm is out of balance. A norm that is
+  !> not a number yields the largest ratio.
   pure real(wp) function relative(norm, reference) result(ratio)
     real(wp), intent(in) :: norm, reference
 

@@ -1,18 +1,18 @@
 !> Sides of the mesh that material cannot cross: planes of symmetry, the axis of axisymmetry, smooth walls.
 !>
-!> Where the displacement along its normal is held on a side, the side does not move, and nothing passes it. Functions
-!> that are means over the box of a point (GIMP, SPLINE2G) do not vanish at a point on the side, whose box is cut off
-!> there, so that points creep across, a share of the step at a time. Such a point is put back where its mirror image
-!> enters, as far inside as it was outside: a place corrected, nothing else. Points at rest on an axis are not put onto
-!> the axis itself, where hoop strains are not defined.
+!> Where the displacement normal to a side is constrained, the side does not move and no material passes it. Functions
+!> that are averages over the domain of a point (GIMP, SPLINE2G) do not vanish at a point on the side, whose domain is
+!> cut off there, so that points may cross it by a small distance in every step. Such a point is moved back to its
+!> mirror image, as far inside as it was outside; only its position is corrected. Points at rest on an axis are not
+!> placed on the axis itself, where hoop strains are not defined.
 !>
-!> Only the ends of the mesh along the axes are looked at; elsewhere a point that is too far outside is lost
+!> Only the ends of the mesh along the axes are checked; elsewhere a point that is too far outside has left the mesh
 !> (qsmpm_point_location).
 !>
-!> A slide that is moved by its weight and reaches a held side is carried by it from there on: that is told where soil
-!> within a cell of a side has yielded and moved along it by more than a cell, and not as a column between rollers that
-!> is compressed. Where a phase pushes, or finds a limit load, it is told of soil that flows along a side, which may
-!> bear.
+!> A slide driven by its weight that reaches a constrained side is supported by it from then on. This is reported where
+!> soil within one cell of a side has yielded and moved along it by more than a cell; a column compressed between
+!> rollers does not meet this criterion. Where a phase prescribes displacements or finds a limit load, plastic flow
+!> along a side, which may carry load, is reported.
 module qsmpm_held_sides
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of, lowest_rank
@@ -31,31 +31,32 @@ module qsmpm_held_sides
 
   public :: keep_inside, side_check_type, warn_of_crossing, warn_of_reached_sides
 
-  !> Way across a side in a step over the size of a cell that is warned of.
+  !> Distance across a side in a step, in cell sizes, above which a warning is printed.
   real(wp), parameter :: noticed = 0.1_wp
-  !> Functions that are smaller are none at a side.
+  !> Functions smaller than this are taken as zero at a side.
   real(wp), parameter :: negligible = 1.0e-9_wp
-  !> Plastic shear strain of soil that slides, and the share of its way along a smooth side that it goes across it.
+  !> Plastic shear strain of sliding soil, and smallest ratio of its displacement normal to a smooth side to that along
+  !> it.
   real(wp), parameter :: sheared = 0.1_wp, turned = 0.1_wp
-  !> Share of the longest way of all soil that soil goes along a side where it flows.
+  !> Smallest displacement of yielding soil along a side, relative to the largest displacement of all soil.
   real(wp), parameter :: flows = 0.1_wp
 
-  !> What has been reported so far.
+  !> Reports made so far.
   type :: side_check_type
-    !> Way last reported, in cells.
+    !> Distance last reported, in cells.
     real(wp) :: reported = noticed
-    !> Sides that a slide has been told to have reached (axis, low or high).
+    !> Sides reported as reached by a slide (axis, low or high).
     logical :: reached(3, 2) = .false.
   end type side_check_type
 
 contains
 
-  !> Put back what a step has carried across held sides.
+  !> Moves back the points that a step has moved across constrained sides.
   subroutine keep_inside(model, displacement, farthest)
     type(model_type), intent(inout) :: model
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> The longest way of a material point across a side; 0 where none crosses.
+    !> Largest distance of a material point across a side; 0 where none crosses.
     real(wp), intent(out) :: farthest
     real(wp) :: of_others
 
@@ -67,7 +68,7 @@ contains
     end associate
   end subroutine keep_inside
 
-  !> Put some of it back.
+  !> Moves back one set of points.
   subroutine put_back(model, displacement, carried, farthest)
     type(model_type), intent(in) :: model
     real(wp), intent(in) :: displacement(:, :)
@@ -79,7 +80,7 @@ contains
     farthest = 0.0_wp
     associate (low => model%mesh%bounds(:, 1), high => model%mesh%bounds(:, 2))
       do i = 1, carried%count
-        ! A place that another process of the team looks after.
+        ! The point belongs to another process of the team.
         if (carried%cell(i) == 0) cycle
         if (all(carried%position(:, i) >= low .and. carried%position(:, i) <= high)) cycle
         foot = min(max(carried%position(:, i), low), high)
@@ -94,14 +95,14 @@ contains
     end associate
   end subroutine put_back
 
-  !> Whether a place on a side does not move along an axis because it is held.
+  !> Returns whether a place on a side is constrained along an axis and does not move.
   logical function is_held(model, near, foot, axis, displacement) result(held)
     type(model_type), intent(in) :: model
-    !> A cell not far from the place.
+    !> A cell close to the place.
     integer, intent(in) :: near
     real(wp), intent(in) :: foot(:)
     integer, intent(in) :: axis
-    !> Of the step; without it nothing is taken to be moved.
+    !> Displacement of the step; without it no node is taken as moved.
     real(wp), intent(in), optional :: displacement(:, :)
     type(shape_values_type) :: place
     real(wp) :: local(size(foot))
@@ -118,10 +119,10 @@ contains
     end do
   end function is_held
 
-  !> Warn where points have been carried far across a held side, and again when it is twice as far.
+  !> Warns where points have moved far across a constrained side, and again when the distance has doubled.
   subroutine warn_of_crossing(cell_size, crossing, check, observer)
     real(wp), intent(in) :: cell_size
-    !> Of the step.
+    !> Distance in the step.
     real(wp), intent(in) :: crossing
     type(side_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
@@ -134,7 +135,8 @@ contains
       ' cells across a fixed side of the mesh; they are reflected to the inside: use smaller steps')
   end subroutine warn_of_crossing
 
-  !> Tell of the sides that soil has reached which slides by its weight or flows where the phase pushes, once each.
+  !> Reports, once each, the sides reached by soil that slides by its weight or yields where the phase prescribes
+  !> displacements.
   subroutine warn_of_reached_sides(model, check, observer)
     type(model_type), intent(in) :: model
     type(side_check_type), intent(inout) :: check
@@ -164,7 +166,8 @@ contains
     end do
   end subroutine warn_of_reached_sides
 
-  !> Whether nodes on a side are pushed: what is pushed there is cut in half by a plane of symmetry.
+  !> Returns whether nodes on a side have prescribed displacements: the loaded object is then cut in half by a plane of
+  !> symmetry.
   pure logical function is_pushed(model, axis, side)
     type(model_type), intent(in) :: model
     integer, intent(in) :: axis, side
@@ -179,7 +182,7 @@ contains
     end do
   end function is_pushed
 
-  !> Whether a point has sheared plastically; where strains are not carried, whether it yielded in the last step.
+  !> Returns whether a point has sheared plastically; where strains are not stored, whether it yielded in the last step.
   pure logical function has_yielded(points, p, now)
     type(points_type), intent(in) :: points
     integer, intent(in) :: p
@@ -193,17 +196,17 @@ contains
     end if
   end function has_yielded
 
-  !> The longest way along a held side of soil within a cell of it that has yielded. Along a smooth side of a slice in
-  !> space all of a slide goes: there only sides that hold fully are looked at.
+  !> Finds the largest displacement along a constrained side of yielded soil within a cell of it. Along a smooth side of
+  !> a three-dimensional slice the whole slide moves: there only fully fixed sides are checked.
   subroutine find_slide(model, axis, side, now, way, place, fully)
     type(model_type), intent(in) :: model
-    !> Normal of the side; 1 for the lower one, 2 for the upper one.
+    !> Axis of the normal of the side; 1 for the lower side, 2 for the upper one.
     integer, intent(in) :: axis, side
-    !> Soil counts that has yielded in the last step.
+    !> Count the soil that yielded in the last step.
     logical, intent(in) :: now
-    !> 0 where there is none; where it is longest.
+    !> 0 where there is none; place of the largest displacement.
     real(wp), intent(out) :: way, place(:)
-    !> The side holds all components there.
+    !> All components are constrained there.
     logical, intent(out) :: fully
     real(wp) :: move(size(place)), foot(size(place)), mark(1), across
     logical :: own(model%state%points%count), held
@@ -244,17 +247,17 @@ contains
 
   contains
 
-    !> Whether nothing moves at the foot.
+    !> Returns whether all components are fixed at the foot point.
     logical function holds_all()
       holds_all = all([(is_held(model, model%state%points%cell(p), foot, a), a=1, size(foot))])
     end function holds_all
   end subroutine find_slide
 
-  !> Which side, how far and where, and what it means.
+  !> Returns the message: which side, how far and where, and its consequence.
   pure function reached_text(model, axis, side, pushes, way, place, fully) result(text)
     type(model_type), intent(in) :: model
     integer, intent(in) :: axis, side
-    !> The phase pushes.
+    !> The phase prescribes displacements.
     logical, intent(in) :: pushes
     real(wp), intent(in) :: way, place(:)
     logical, intent(in) :: fully

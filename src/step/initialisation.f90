@@ -1,10 +1,10 @@
-!> The initialisation phase of a step (paper, section 3.1): what is derived from the state before
-!> the equations can be solved. Active cells and basis functions (qsmpm_configuration), the terms and their
-!> node lists, the unknowns and their equations. Everything here is scratch; pattern and analysis of the matrix are
-!> kept while the active cells and the constraints stay the same.
+!> Initialisation phase of a step (paper, section 3.1): data derived from the state before the equations can be solved.
+!> These are the active cells and basis functions (qsmpm_configuration), the terms and their node lists, the unknowns
+!> and their equations. All of it is scratch data of the step; pattern and analysis of the matrix are kept while the
+!> active cells and the constraints do not change.
 !>
-!> Evaluation of a step at a trial displacement: forces by their role, the matrix, the linear force of prescribed
-!> displacements. Each is a sum over the terms (qsmpm_term_sums).
+!> The module also evaluates a step at a trial displacement: forces by their role, the matrix, and the linear force of
+!> prescribed displacements. Each is a sum over the terms (qsmpm_term_sums).
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: materials_active
@@ -49,7 +49,8 @@ module qsmpm_initialisation
   public :: norm_of_forces, norm_of_volumes, step_type, nodal_forces_type, begin_analysis, add_term, initialise_step, &
     ready_terms, solver_choice, evaluate_step, linear_force
 
-  !> Poisson's ratio of drained or undrained soil above which factors are faster than multigrid (docs/distributed.md).
+  !> Poisson's ratio of drained or undrained soil above which a direct solver is faster than multigrid
+  !> (docs/distributed.md).
   real(wp), parameter :: most_poisson = 0.48_wp
 
   !> Forces of the last evaluation by their role (components, nodes).
@@ -57,47 +58,48 @@ module qsmpm_initialisation
     real(wp), allocatable :: external(:, :), internal(:, :), numerical(:, :)
   end type nodal_forces_type
 
-  !> Scratch of one step.
+  !> Scratch data of one step.
   type, extends(configuration_type) :: step_type
-    !> What is in balance: fixed for an analysis.
+    !> Terms of the balance: fixed for an analysis.
     type(term_slot_type), allocatable :: terms(:)
     type(unknowns_type) :: unknowns
     type(nodal_forces_type) :: forces
-    !> Why the last evaluation could not be made, where it could not.
+    !> Reason of a failed evaluation.
     type(failure_type) :: failure
     type(equations_type) :: equations
-    !> Field of each equation; 0 for one that another process of the team answers for (equations).
+    !> Field of each equation; 0 for an equation owned by another process of the team (equations).
     integer, allocatable :: field_of(:)
-    !> Who shares the step, and the columns of the table of unknowns that are own (all nodes).
+    !> Processes that share the step, and owned columns of the table of unknowns (all nodes).
     type(team_type) :: team
     logical, allocatable :: own(:)
-    !> Values at nodes of others that the team has.
+    !> Exchange of values at nodes owned by other processes of the team.
     type(owner_copies_type) :: node_copies
     type(sparse_matrix_type) :: matrix
     type(linear_system_type) :: system
-    !> The equations of all processes of the team; unused alone.
+    !> Equations of all processes of the team; unused on a single process.
     type(joint_system_type) :: joint
-    !> Time and work so far; outlives the step.
+    !> Time and work so far; persists between steps.
     type(run_profile_type) :: profile
-    !> Iterations of the last solution; it only says which trials get a tangent.
+    !> Iterations of the last solution; used only to predict which trials need a tangent.
     integer :: usual_iterations = 0
-    !> The last attempt has failed, or was a damped sub-step that was taken: where the next one begins.
+    !> The last attempt failed, or was an accepted damped sub-step: determines the initial guess of the next one.
     logical :: from_rest = .false., damped = .false.
-    !> Part of the grid that all this is for.
+    !> Window of the grid to which these data refer.
     type(window_type) :: window
-    !> What the outlines of cut bodies have shown so far; outlives the step.
+    !> Integration error of cut cells so far; persists between steps.
     type(cut_cell_check_type) :: cut
-    !> Soil that the step has brought inside of rigid bodies.
+    !> Soil inside rigid bodies at the end of the step.
     type(penetration_type) :: penetration
-    !> How far the step has carried material points across held sides of the mesh.
+    !> Distance by which the step moved material points across constrained sides of the mesh.
     real(wp) :: crossing = 0.0_wp
-    !> Why the last try of the present step was rejected, as it stands in the log; unallocated for a first try.
+    !> Reason why the last attempt at the present step was rejected, as printed in the log; unallocated at the first
+    !> attempt.
     character(len=:), allocatable :: reported_reason
   end type step_type
 
 contains
 
-  !> Make the terms of the program, where there are none, with the fields that the scene needs.
+  !> Creates the terms of the program, unless they exist, with the fields that the model requires.
   subroutine make_terms(model, terms)
     type(model_type), intent(in) :: model
     type(term_slot_type), allocatable, intent(inout) :: terms(:)
@@ -110,7 +112,7 @@ contains
     end do
   end subroutine make_terms
 
-  !> Make the terms ready for an analysis: what they keep is laid into the state.
+  !> Prepares the terms for an analysis: allocates their stored data in the state.
   subroutine begin_analysis(model, terms)
     type(model_type), intent(inout) :: model
     type(term_slot_type), allocatable, intent(inout) :: terms(:)
@@ -123,7 +125,7 @@ contains
     call lay_fields(terms, model)
   end subroutine begin_analysis
 
-  !> Add a term of a program's own, before the first step.
+  !> Adds a term of an embedding program, before the first step.
   subroutine add_term(model, terms, term)
     type(model_type), intent(inout) :: model
     type(term_slot_type), allocatable, intent(inout) :: terms(:)
@@ -134,9 +136,10 @@ contains
     call begin_analysis(model, terms)
   end subroutine add_term
 
-  !> Prepare a step from the state of the model.
+  !> Prepares a step from the state of the model.
   subroutine initialise_step(model, step, error)
-    !> Surfaces that have stretched are refined; loaded ones of bodies whose outline is carried are laid on it anew.
+    !> Stretched surfaces are refined; loaded surfaces of bodies whose outline moves with the material are generated
+    !> again on it.
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout), target :: step
     !> Failure of the ordering or of the solver's analysis.
@@ -147,7 +150,7 @@ contains
     logical :: changed
 
     call switch_timer(step%profile%watch, part_initialisation)
-    ! The parts of a team keep the points that the whole has been divided with.
+    ! The processes of a team keep the surface points with which the whole model was divided.
     if (.not. is_divided(model%part)) call refine_surfaces(model)
     step%team = model%part%team
     call ready_terms(model, step, connectivity, error)
@@ -156,7 +159,7 @@ contains
       step%configuration_type), step%cut)
     call find_constraints(model, step%terms, step%unknowns, constrained)
     call prepare_forces(most_components(step%unknowns), all_nodes(step%unknowns), step%forces)
-    ! What stands behind the nodes is known to all, and counted by the first process.
+    ! Columns beyond the nodes are known to all processes and counted by the first one.
     step%own = spread(step%team%rank == 0, 1, all_nodes(step%unknowns))
     step%own(:model%space%node_count) = own_of(model%part%nodes, model%space%node_count)
     step%equations%symmetric = .not. any_of(step%team, .not. is_symmetric(model, step%terms))
@@ -175,7 +178,7 @@ contains
 
   contains
 
-    !> What will solve; the first process knows what has failed so far.
+    !> Chooses the solver; the first process knows which solvers have failed so far.
     subroutine choose_kind(constrained)
       !> Constrained components (dimension, nodes).
       logical, intent(in) :: constrained(:, :)
@@ -193,7 +196,7 @@ contains
         model%mesh%dimension)) step%equations%solver_kind = solver_petsc
     end subroutine choose_kind
 
-    !> Make a solver where the pattern or what will solve is new, on any process; it is the first one that solves.
+    !> Creates a solver where the pattern or the kind of solver has changed on any process; the first process solves.
     subroutine start_solver()
       integer, allocatable :: labels(:), owners(:)
       logical :: anew
@@ -208,7 +211,7 @@ contains
         call start_system(step%system, solver_choice(model), step%matrix, step%equations%bandwidth, &
           step%equations%symmetric, model%mesh%dimension, error, step%equations%number, places)
       else
-        ! What belongs to no node has a negative name and is the first process's.
+        ! Unknowns that belong to no node have a negative label and are owned by the first process.
         labels = [(node_label(model%space, model%mesh, a), a=1, model%space%node_count), &
           (model%space%node_count - a, a=model%space%node_count + 1, all_nodes(step%unknowns))]
         owners = [node_owners(model), spread(0, 1, all_nodes(step%unknowns) - model%space%node_count)]
@@ -218,14 +221,14 @@ contains
     end subroutine start_solver
   end subroutine initialise_step
 
-  !> The configuration at the start of a step, and the terms ready for it.
+  !> Finds the configuration at the start of a step and prepares the terms for it.
   subroutine ready_terms(model, step, connectivity, error)
-    !> Loaded surfaces of bodies whose outline is carried are laid on it anew.
+    !> Loaded surfaces of bodies whose outline moves with the material are generated again on it.
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout), target :: step
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(out) :: connectivity
-    !> Fields that do not fit together, surfaces that processes find in other ways.
+    !> Inconsistent fields, or surfaces on which processes find different points.
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. step%window == model%state%window) call reset(step%configuration_type, step%equations)
@@ -242,7 +245,8 @@ contains
       connectivity)
   end subroutine ready_terms
 
-  !> What the deck asks for; AUTO takes no multigrid where a material of the phase nearly keeps its volume.
+  !> Returns the solver requested in the deck; AUTO excludes multigrid where a material of the phase is nearly
+  !> incompressible.
   pure type(solver_choice_type) function solver_choice(model) result(choice)
     type(model_type), intent(in) :: model
     type(law_description_type) :: traits
@@ -257,8 +261,8 @@ contains
     end do
   end function solver_choice
 
-  !> Where the nodes are, unless they move: an order that follows from their places would be another one in a run that
-  !> is continued. Unknowns that belong to no node are put at the origin.
+  !> Finds the places of the nodes, unless they move: an ordering based on moving places would differ in a restarted
+  !> run. Unknowns that belong to no node are placed at the origin.
   pure subroutine find_places(model, count, places)
     type(model_type), intent(in) :: model
     !> Nodes and other columns of the table of unknowns.
@@ -274,7 +278,7 @@ contains
     end do
   end subroutine find_places
 
-  !> Room for the forces; none yet.
+  !> Allocates the forces and sets them to zero.
   subroutine prepare_forces(components, nodes, forces)
     integer, intent(in) :: components, nodes
     type(nodal_forces_type), intent(out) :: forces
@@ -283,7 +287,7 @@ contains
       forces%numerical(components, nodes), source=0.0_wp)
   end subroutine prepare_forces
 
-  !> Norm of the internal forces of the last evaluation at the nodes of the displacement.
+  !> Returns the norm of the internal forces of the last evaluation at the nodes of the displacement.
   real(wp) function norm_of_forces(step)
     type(step_type), intent(in) :: step
 
@@ -294,7 +298,7 @@ contains
     end associate
   end function norm_of_forces
 
-  !> Norm of the lumped volumes of the nodes.
+  !> Returns the norm of the lumped volumes of the nodes.
   real(wp) function norm_of_volumes(step)
     type(step_type), intent(in) :: step
 
@@ -303,7 +307,7 @@ contains
       step%own(:size(step%lumped)))))
   end function norm_of_volumes
 
-  !> Remember the largest sizes for the profile of the run.
+  !> Updates the largest sizes in the profile of the run.
   pure subroutine note_sizes(points, active_cells, equations, profile)
     integer, intent(in) :: points, active_cells
     type(equations_type), intent(in) :: equations
@@ -315,7 +319,7 @@ contains
     profile%bandwidth = max(profile%bandwidth, int(equations%bandwidth, long))
   end subroutine note_sizes
 
-  !> Throw away what is as long as a mesh that is no more.
+  !> Discards data dimensioned by a previous mesh.
   subroutine reset(configuration, equations)
     class(configuration_type), intent(inout) :: configuration
     type(equations_type), intent(inout) :: equations
@@ -324,8 +328,8 @@ contains
     if (allocated(equations%number)) deallocate (equations%number)
   end subroutine reset
 
-  !> Whether the matrices of this phase are symmetric: the frozen elastic one always is, those of the search for a
-  !> factor are not, at small strain (qsmpm_small_strain).
+  !> Returns whether the matrices of this phase are symmetric: the frozen elastic one always is, those of a safety
+  !> search at small strain (qsmpm_small_strain) are not.
   pure logical function is_symmetric(model, terms)
     type(model_type), intent(in) :: model
     type(term_slot_type), intent(in) :: terms(:)
@@ -335,8 +339,8 @@ contains
     if (model%analysis%phases(model%state%progress%phase)%controls%newton == newton_modified) is_symmetric = .true.
   end function is_symmetric
 
-  !> Forces and, when a tangent is asked for, the blocks that are formed with them; with `prescribed` also
-  !> the force these displacements call up. Where it fails the forces stay what they were.
+  !> Evaluates forces and, if a tangent is requested, the blocks formed with them; with `prescribed` also the force due
+  !> to these displacements. On failure the forces remain unchanged.
   subroutine evaluate_step(model, step, displacement, tangent, prescribed)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
@@ -344,7 +348,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> tangent_none, tangent_consistent or tangent_elastic.
     integer, intent(in) :: tangent
-    !> Displacements whose linear force is wanted (components, nodes).
+    !> Displacements whose linear force is requested (components, nodes).
     real(wp), intent(in), optional :: prescribed(:, :)
     integer :: t
 
@@ -369,8 +373,8 @@ contains
     call add_shares(step%team, step%unknowns, step%forces%numerical)
   end subroutine evaluate_step
 
-  !> What one process of a team cannot evaluate none can: the failure of the lowest rank that has one is that of all,
-  !> and the step to be tried next is the shortest that any asks for.
+  !> Distributes a failed evaluation to all processes of a team: the failure of the lowest rank that has one applies to
+  !> all, and the next step is the shortest that any process requests.
   subroutine agree_on_failure(team, failure)
     type(team_type), intent(in) :: team
     type(failure_type), intent(inout) :: failure
@@ -395,8 +399,8 @@ contains
     if (len(reason) > 0) failure%reason = reason
   end subroutine agree_on_failure
 
-  !> Force that prescribed displacements call up at the free components; the first evaluation of the step was given
-  !> them.
+  !> Returns the force due to prescribed displacements at the free components; these were passed to the first evaluation
+  !> of the step.
   subroutine linear_force(step, prescribed, force)
     type(step_type), intent(in) :: step
     !> (components, nodes)

@@ -4,22 +4,22 @@
 !>   3.2  Lagrangian phase       [K^E + K^G] dv = f_load - f_internal  until eq. 27 holds
 !>   3.3  Convective phase       update the points, reset the mesh, find the points again
 !>
-!> Either the whole step is taken, or the state of the model is what it was before.
+!> Either the whole step is accepted, or the state of the model remains as before.
 !>
-!> What a step is to reach: the loads in force at its start and its end, the displacements that are prescribed (paper,
-!> eqs. 18 and 19), what eq. 27 refers to at the least.
+!> The module sets the goal of a step: the loads at its start and its end, the prescribed displacements (paper, eqs. 18
+!> and 19), and lower bounds of the reference values of eq. 27.
 !>
-!> Where the iterations of a step begin: its share of the phase, or what the factor of a search for the safety grows by
-!> in it, times the rate of the unknowns in the static step before, which near a limit load is nearly all of the answer;
-!> of a damped sub-step, the changes of the one before (docs/methods/steps.md).
+!> The initial guess of the iterations is the rate of the unknowns in the previous static step times the share of the
+!> phase covered by the step or, in a safety search, times the increase of the factor; near a limit load this is nearly
+!> the whole solution. In a damped sub-step it is the changes of the previous sub-step (docs/methods/steps.md).
 !>
-!> Both are kept as fields are, node by node, so that a restart file has them and new nodes begin with zero. The first
-!> step of a phase begins with nothing, and so does one behind damped sub-steps or an attempt that has failed, but one
-!> at another factor; what is prescribed is in force from the start. With laws from elsewhere the second one does too: a
-!> law that changes the stress where nothing is strained is found where nothing is strained yet.
+!> Both are stored node by node like fields, so that a restart file contains them and new nodes begin with zero. The
+!> first step of a phase has no guess, nor has a step after damped sub-steps or a failed attempt, except one at another
+!> factor; prescribed values are applied from the start. With user-defined laws the second step has no guess either: the
+!> behaviour of a law that changes the stress without strain is found in a step that starts unstrained.
 !>
-!> What a solve has come to: whether the step may be as long as it is, what its load does, reactions and work, where the
-!> residual and the share of the stabilisation are largest.
+!> The module also evaluates the result of a solution: whether the length of the step is acceptable, the work of its
+!> load, reactions and work, and the places of the largest residual and of the largest share of the stabilisation.
 module qsmpm_load_step
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of, joint_norm, lowest_rank
@@ -61,27 +61,28 @@ module qsmpm_load_step
 
   public :: load_step_type
 
-  !> Solves by the method.
+  !> Solver of a step by the method.
   type, extends(step_solver_type) :: load_step_type
   contains
     procedure :: solve => load_step
   end type load_step_type
 
-  !> Share of the force of an all-round pressure on the face of a cell that is a load at the least.
+  !> Share of the force of an all-round pressure on the face of a cell that is the lower bound of the load.
   real(wp), parameter :: little = 1.0e-4_wp
 
 contains
 
-  !> Go from the state of the model to equilibrium at a load fraction of the phase. The terms hear once of how it ended.
+  !> Solves from the state of the model to equilibrium at a load fraction of the phase. The terms are notified once
+  !> whether the step was accepted.
   subroutine load_step(self, model, step, controls, attempt, solution, error)
     class(load_step_type), intent(inout) :: self
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     type(controls_type), intent(in) :: controls
     type(attempt_type), intent(in) :: attempt
-    !> How it went; `converged` says whether the step was taken.
+    !> Result; `converged` is true if the step was accepted.
     type(solution_type), intent(out) :: solution
-    !> Failures no smaller step can mend.
+    !> Failures that a smaller step cannot resolve.
     type(error_type), allocatable, intent(out) :: error
 
     call check_state(model, error)
@@ -91,7 +92,7 @@ contains
     step%damped = solution%converged .and. attempt%damping > 0.0_wp
     if (solution%converged .and. .not. allocated(error)) then
       call commit_terms(step%terms, solution%displacement, model)
-      ! Points on the way to other processes: those that are lost end the run, no shorter step brings them back.
+      ! Points move to other processes. A failure here ends the run, because a shorter step cannot recover the points.
       if (step%team%ranks > 1) call switch_timer(step%profile%watch, part_convection)
       call migrate_points(model, error)
       if (step%team%ranks > 1) call switch_timer(step%profile%watch, part_control)
@@ -100,7 +101,7 @@ contains
     end if
   end subroutine load_step
 
-  !> The step from where it was initialised (section 3.1) on.
+  !> Solves the step after its initialisation (section 3.1).
   subroutine solve_step(model, step, controls, attempt, solution, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -128,7 +129,7 @@ contains
     if (solution%converged) call carry_over(model, step, goal, attempt, force_before, solution, error)
   end subroutine solve_step
 
-  !> Convective phase, section 3.3: eqs. 28, 29. Where it fails all places are those of before.
+  !> Convective phase, section 3.3: eqs. 28, 29. On failure all positions are restored.
   subroutine carry_over(model, step, goal, attempt, force_before, solution, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -178,15 +179,15 @@ contains
     end associate
   end subroutine carry_over
 
-  !> Equilibrium of the step, with the line search or without it (qsmpm_step_control). What has worked is tried first
-  !> from then on.
+  !> Finds the equilibrium of the step, with or without the line search (qsmpm_step_control). The variant that succeeds
+  !> is tried first from then on.
   subroutine find_equilibrium(model, step, goal, controls, attempt, undamped, solution)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
     type(target_type), intent(in) :: goal
     type(controls_type), intent(in) :: controls
     type(attempt_type), intent(in) :: attempt
-    !> The line search that the deck asks for is left out; follows what works.
+    !> The line search of the deck is omitted; updated to the variant that succeeded.
     logical, intent(inout) :: undamped
     type(solution_type), intent(out) :: solution
     type(controls_type) :: tried
@@ -205,11 +206,11 @@ contains
     if (solution%converged) undamped = .not. tried%line_search
   end subroutine find_equilibrium
 
-  !> A step that could be solved but not taken: its message is the reason why not.
+  !> Rejects a step that was solved but cannot be accepted: the message of the error is the reason.
   subroutine refuse(error, solution)
-    !> The error; it is no more.
+    !> The error; deallocated on return.
     type(error_type), allocatable, intent(inout) :: error
-    !> What was reached.
+    !> Result of the solution.
     type(solution_type), intent(inout) :: solution
 
     solution%converged = .false.
@@ -218,7 +219,7 @@ contains
     deallocate (error)
   end subroutine refuse
 
-  !> Loads in force, prescribed displacements to be reached, the loads of the start, and the time for the laws.
+  !> Sets the loads, the prescribed displacements, the loads at the start, and the time for the laws.
   subroutine set_goal(model, configuration, attempt, unknowns, terms, force_before, goal, error)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
@@ -250,7 +251,7 @@ contains
     end associate
     call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
     goal%tolerance = attempt%tolerance
-    ! Soil that bears an all-round pressure and nothing else has no force but for rounding.
+    ! Soil under an all-round pressure only has no nodal forces except rounding.
     goal%least_load = joint_norm(model%part%team, norm2(pack(model%state%released, &
       spread(own_of(model%part%nodes, model%space%node_count), 1, model%mesh%dimension)))) &
       + joint_norm(model%part%team, norm2(pack(model%state%surface%released, spread(own_of(model%part%surface, &
@@ -263,7 +264,7 @@ contains
     call agree(model%part%team, error)
   end subroutine set_goal
 
-  !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
+  !> Applies the loads of a fraction of the phase and returns them in the current configuration.
   subroutine put_in_force(model, configuration, fraction, unknowns, terms, load)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
@@ -280,7 +281,7 @@ contains
     call add_shares(model%part%team, unknowns, load)
   end subroutine put_in_force
 
-  !> Loads and prescribed displacements are numbers: no smaller step makes them so.
+  !> Checks that loads and prescribed displacements are numbers: a smaller step does not correct them.
   subroutine check_nodes(model, unknowns, name, values, error)
     type(model_type), intent(in) :: model
     type(unknowns_type), intent(in) :: unknowns
@@ -298,7 +299,7 @@ contains
       integer_text(node_label(model%space, model%mesh, node))//' has a value'//unusable)
   end subroutine check_nodes
 
-  !> First guess of a step, where there is a step like it before.
+  !> Sets the first guess of a step from a previous similar step.
   subroutine extrapolate(model, step, attempt, goal)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
@@ -340,8 +341,9 @@ contains
     end if
   end subroutine extrapolate
 
-  !> How far a static step goes: share of the phase, or what the factor grows by where a search has found one that is
-  !> stable. A re-equilibration of a search goes as far as what was solved before it, one of other steps nowhere.
+  !> Returns the length of a static step: share of the phase, or increase of the factor where a safety search has found
+  !> a stable one. A re-equilibration of a search has the length of the solve before it, one of other steps has zero
+  !> length.
   pure real(wp) function length_of(model, attempt)
     type(model_type), intent(in) :: model
     type(attempt_type), intent(in) :: attempt
@@ -353,12 +355,12 @@ contains
     end associate
   end function length_of
 
-  !> Keep the rates of a static step of some length, or the changes of one that leaves none.
+  !> Stores the rates of a static step of some length, or the changes of a damped sub-step.
   subroutine keep_rates(unknowns, leaves_none, share, changes, kept)
     type(unknowns_type), intent(in) :: unknowns
-    !> A damped sub-step, or the first step of a search for a factor of safety.
+    !> A damped sub-step, or the first step of a safety search: no rates remain.
     logical, intent(in) :: leaves_none
-    !> 0 at constant load, where a static step leaves the rates.
+    !> 0 at constant load, where a static step does not change the rates.
     real(wp), intent(in) :: share
     !> (most components, all nodes)
     real(wp), intent(in) :: changes(:, :)
@@ -379,7 +381,8 @@ contains
     end do
   end subroutine keep_rates
 
-  !> Whether the step may be as long as it is: no node moves too far, and the error of its length is allowed.
+  !> Checks whether the length of the step is acceptable: no node moves too far, and the error due to its length is
+  !> within its bound.
   subroutine judge_length(model, step, controls, attempt, solution, error)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
@@ -404,13 +407,13 @@ contains
     end if
   end subroutine judge_length
 
-  !> What the length of a step costs where pore water flows in time: how far its excess pressures are from a straight
-  !> line with those of the step before,
+  !> Returns the error due to the length of a step in transient pore water flow: the deviation of its excess pressures
+  !> from a straight line through those of the previous step,
   !>
-  !>   e = max |dp - r dp'| / p_max,      r the length of the step over that of the one before, dp' the change in it,
+  !>   e = max |dp - r dp'| / p_max,      r the ratio of the step's length to the previous one's, dp' the change then,
   !>
-  !> p_max the largest pressure of the phase so far: 0 while a load is put on and no water leaves, and in the first step
-  !> of a phase. Backward differences of second order (qsmpm_flow_balance) are off by less than that.
+  !> p_max the largest pressure of the phase so far. It is 0 while a load is applied without drainage, and in the first
+  !> step of a phase. The error of the second-order backward differences (qsmpm_flow_balance) is smaller.
   function water_error(model, step, attempt, displacement) result(error)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
@@ -429,8 +432,8 @@ contains
     error = maxval(abs(change - before))/max(course(2, 1), tiny(1.0_wp))
   end function water_error
 
-  !> Whether there is a law of a user: how it integrates its rates is not known, so its steps are measured unasked, but
-  !> for those at places that stay, which are no path.
+  !> Returns whether there is a user-defined law: how it integrates its rates is unknown, so that its steps are measured
+  !> even if the deck does not request it. Laws at fixed positions, which follow no path, are excluded.
   pure logical function has_user_law(model)
     type(model_type), intent(in) :: model
     integer :: m
@@ -438,11 +441,11 @@ contains
     has_user_law = any([(model%laws(m)%law%of_user, m=1, size(model%laws))])
   end function has_user_law
 
-  !> How far the step is off for its length.
+  !> Measures the error of the step due to its length.
   subroutine measure_length_error(model, step, path_only, solution, error)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
-    !> Leaves the error of the position out; an error that cannot be measured is all of the stress.
+    !> Omits the error of the position; an error that cannot be measured is then attributed to the stress.
     logical, intent(in) :: path_only
     type(solution_type), intent(inout) :: solution
     !> The equations could not be solved.
@@ -456,7 +459,7 @@ contains
     if (path_only) solution%step_error = min(1.0_wp, solution%step_error)
   end subroutine measure_length_error
 
-  !> What a load increment does by a displacement, at the free components: loads at nodes and on rigid bodies.
+  !> Returns the work of a load increment on a displacement at the free components: loads at nodes and on rigid bodies.
   type(compliance_type) function compliance_in(step, increment, displacement)
     type(step_type), intent(in) :: step
     !> (components, nodes)
@@ -472,7 +475,7 @@ contains
       total(step%team, dot_product(load, load)))
   end function compliance_in
 
-  !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
+  !> Computes the reactions at the constrained components, and the work of the step by the trapezoidal rule.
   subroutine take_reactions_and_work(step, constrained, force_before, solution, reactions, progress, error)
     type(step_type), intent(in) :: step
     !> Constrained components (dimension, node_count).
@@ -480,7 +483,7 @@ contains
     !> (components, nodes)
     real(wp), intent(in) :: force_before(:, :)
     type(solution_type), intent(in) :: solution
-    !> Before, and after (dimension, node_count).
+    !> Reactions before the step on entry, after it on return (dimension, node_count).
     real(wp), intent(inout) :: reactions(:, :)
     type(progress_type), intent(inout) :: progress
     !> A reaction or the work is not a number.
@@ -506,11 +509,11 @@ contains
     reactions = new_reactions
   end subroutine take_reactions_and_work
 
-  !> Label and place of the node with the largest residual of all processes: its number does not outlive a change of
-  !> the window.
+  !> Finds the label and the place of the node with the largest residual of all processes: its number is not valid after
+  !> a change of the window.
   subroutine name_worst_node(model, solution)
     type(model_type), intent(in) :: model
-    !> What was reached.
+    !> Result of the solution.
     type(solution_type), intent(inout) :: solution
     real(wp) :: worst
     integer(long) :: label(1)
@@ -528,7 +531,7 @@ contains
     solution%worst_label = int(label(1))
   end subroutine name_worst_node
 
-  !> Where the stabilisation carries the largest share of the forces.
+  !> Finds the place where the stabilisation has the largest share of the forces.
   subroutine place_share(model, solution)
     type(model_type), intent(in) :: model
     type(solution_type), intent(inout) :: solution

@@ -1,15 +1,15 @@
-!> Fields beside the displacement, as the terms of an analysis need them: unknowns of the step on the space of the
-!> displacement, or on nodes of their own, as the motion of rigid bodies is.
+!> Fields in addition to the displacement that the terms of an analysis require: unknowns of the step on the space of
+!> the displacement, or on separate nodes such as those of the motion of rigid bodies.
 !>
-!> The unknown of a step is the change of a field, as it is for the displacement. Its value at the nodes is kept in the
-!> state under its name, from step to step, and stays at its node when the mesh is reset; a node that is new to the
-!> window begins with zero. It is where a step counts from and where its iteration begins, and no memory of the
-!> material: what is solved is the value at the end of the step. What a term must remember of the material (the field
-!> at the start of the step, of which a rate is formed) rides on the material points, in an array of the term's own, as
-!> stresses do.
+!> The unknown of a step is the change of a field, as for the displacement. Its value at the nodes is stored in the
+!> state under its name from step to step, and remains at its node when the mesh is reset; at a node that is new in the
+!> window it begins with zero. This value is the start of the step and of its iterations, not a history of the material:
+!> the solution is the value at the end of the step. Data that a term must store for the material (the field at the
+!> start of the step, from which a rate is formed) move with the material points in an array of the term, as stresses
+!> do.
 !>
-!> How many equations a model has in its present phase, counted without making them: free components
-!> of the functions that reach into cells with points.
+!> The module also counts the equations of a model in its present phase without forming them: free components of the
+!> functions whose support contains cells with points.
 module qsmpm_nodal_fields
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_other
@@ -27,17 +27,17 @@ module qsmpm_nodal_fields
   public :: list_unknowns, lay_fields, find_constraints, find_prescribed, add_shares, keep_changes, count_equations, &
     count_node_equations
 
-  !> Names of what is kept of a field beside its values.
+  !> Prefixes of the names under which additional data of a field are stored.
   character(len=*), parameter, public :: rate_of = 'rate of ', substep_of = 'sub-step of '
 
 contains
 
-  !> The displacement and every field that a term needs, once, in the order of the terms.
+  !> Lists the displacement and every field that a term requires, once each, in the order of the terms.
   subroutine list_unknowns(model, terms, unknowns, error)
     type(model_type), intent(in) :: model
     type(term_slot_type), intent(in) :: terms(:)
     type(unknowns_type), intent(out) :: unknowns
-    !> Two terms mean different fields by one name.
+    !> Two terms use one name for different fields.
     type(error_type), allocatable, intent(out) :: error
     integer :: t, i, f
 
@@ -61,7 +61,7 @@ contains
     end do
   end subroutine list_unknowns
 
-  !> Nodes of a field that a term needs.
+  !> Returns the number of nodes of a field that a term requires.
   pure integer function nodes_of(model, field)
     type(model_type), intent(in) :: model
     type(nodal_field_type), intent(in) :: field
@@ -70,7 +70,8 @@ contains
     if (nodes_of == 0) nodes_of = model%space%node_count
   end function nodes_of
 
-  !> Nodal values of the fields, zero where the terms have laid none, and what qsmpm_load_step keeps of each.
+  !> Allocates the nodal values of the fields, zero where the terms have set none, and the data that qsmpm_load_step
+  !> stores for each.
   subroutine lay_fields(terms, model)
     type(term_slot_type), intent(in) :: terms(:)
     type(model_type), intent(inout) :: model
@@ -92,7 +93,7 @@ contains
 
   contains
 
-    !> Rates and changes of one field.
+    !> Allocates rates and changes of one field.
     subroutine lay(name, components, nodes, nodal)
       character(len=*), intent(in) :: name
       integer, intent(in) :: components, nodes
@@ -102,7 +103,7 @@ contains
       call lay_array(model%state%kept, substep_of//name, zeros(components, nodes), nodal)
     end subroutine lay
 
-    !> An array of zeros.
+    !> Returns an array of zeros.
     pure function zeros(rows, columns) result(values)
       integer, intent(in) :: rows, columns
       real(wp) :: values(rows, columns)
@@ -111,7 +112,7 @@ contains
     end function zeros
   end subroutine lay_fields
 
-  !> Constrained components of all fields.
+  !> Finds the constrained components of all fields.
   subroutine find_constraints(model, terms, unknowns, constrained)
     type(model_type), intent(in) :: model
     type(term_slot_type), intent(in) :: terms(:)
@@ -124,7 +125,7 @@ contains
     call ask_terms(model, terms, unknowns, model%state%progress%fraction, constrained, values)
   end subroutine find_constraints
 
-  !> Changes in a step of all components that are prescribed.
+  !> Finds the changes of all prescribed components in a step.
   subroutine find_prescribed(model, terms, unknowns, last, prescribed)
     type(model_type), intent(in) :: model
     type(term_slot_type), intent(in) :: terms(:)
@@ -147,7 +148,7 @@ contains
     call put_values(unknowns, 1, (last - model%state%progress%fraction)*model%loading%prescribed, prescribed)
   end subroutine find_prescribed
 
-  !> What is constrained and, beside the displacement, at which values.
+  !> Finds the constrained components and, except for the displacement, their values.
   subroutine ask_terms(model, terms, unknowns, fraction, constrained, values)
     type(model_type), intent(in) :: model
     type(term_slot_type), intent(in) :: terms(:)
@@ -172,12 +173,12 @@ contains
     call join_constraints(unknowns, 1, model%loading%constrained, constrained)
   end subroutine ask_terms
 
-  !> Add up what the processes of a team bring to the unknowns that belong to no node (qsmpm_term); at nodes each has
-  !> the whole.
+  !> Adds up the contributions of the processes of a team to the unknowns that belong to no node (qsmpm_term); values at
+  !> nodes are already complete on each process.
   subroutine add_shares(team, unknowns, table)
     type(team_type), intent(in) :: team
     type(unknowns_type), intent(in) :: unknowns
-    !> Share of this process; the whole (components, all nodes).
+    !> Contribution of this process; the sum on return (components, all nodes).
     real(wp), intent(inout) :: table(:, :)
     integer :: n
 
@@ -188,7 +189,7 @@ contains
     end associate
   end subroutine add_shares
 
-  !> A step is taken: the nodal values follow.
+  !> Updates the nodal values after an accepted step.
   subroutine keep_changes(unknowns, changes, kept)
     type(unknowns_type), intent(in) :: unknowns
     !> (most components, all nodes)
@@ -203,9 +204,9 @@ contains
     end do
   end subroutine keep_changes
 
-  !> Count them; averaged functions may reach a cell further than is seen here.
+  !> Counts the equations; averaged functions may extend one cell further than is assumed here.
   subroutine count_equations(model, count)
-    !> The model; gets the loads and constraints of its phase.
+    !> The model; the loads and constraints of its phase are set.
     type(model_type), intent(inout) :: model
     !> Number of equations.
     integer, intent(out) :: count
@@ -215,9 +216,9 @@ contains
     count = sum(equations)
   end subroutine count_equations
 
-  !> Those of each node.
+  !> Counts the equations of each node.
   subroutine count_node_equations(model, equations)
-    !> As above.
+    !> As in count_equations.
     type(model_type), intent(inout) :: model
     !> (nodes of the space)
     integer, intent(out) :: equations(:)

@@ -1,10 +1,10 @@
-!> Soil inside rigid bodies. Contact is asked for at surface points: where the surface is folded, has gaps or the body
-!> has corners smaller than a patch, soil may get into a body unseen. The material points tell. Where contact is asked
-!> for on the body soil may drift away from it and press from afar; they tell that too (qsmpm_contact_results).
+!> Soil inside rigid bodies. Contact is imposed at surface points: where the surface is folded or has gaps, or the body
+!> has corners smaller than a patch, soil may enter a body without contact. It is detected by the material points. Where
+!> contact is imposed at points of the body, soil may drift away from it and still transmit pressure over a gap; this is
+!> detected by the material points too (qsmpm_contact_results).
 !>
-!> On a body it is the mean over a patch that keeps soil out, and where the flow closes behind it single points on the
-!> way would get inside step by step. They are put back on the outline along its normal: a place corrected, nothing
-!> else.
+!> On a body the contact condition holds for the mean over a patch, and where soil closes behind the body single points
+!> would gradually enter it. They are moved back onto the outline along its normal; only their position is corrected.
 module qsmpm_penetration
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: lowest_rank
@@ -22,14 +22,14 @@ module qsmpm_penetration
 
   public :: refuse_penetration, put_back, penetration_check_type, warn_of_penetration
 
-  !> Depths over the size of a cell that are warned of, and refused.
+  !> Depths in cell sizes above which a warning is printed, and above which the step is rejected.
   real(wp), parameter :: noticed = 0.1_wp, refused = 0.5_wp
-  !> Gap over the size of a cell that is warned of: material points fill the sector of a patch up to 0.5.
+  !> Gap in cell sizes above which a warning is printed: material points fill the sector of a patch up to 0.5.
   real(wp), parameter :: noticed_gap = 0.75_wp
-  !> Cosine between the outward normals of soil and body from which on a point of the surface lies on its wrong side.
+  !> Cosine between the outward normals of soil and body above which a point of the surface is on the wrong side of it.
   real(wp), parameter :: same_way = 0.5_wp
 
-  !> What has been reported so far.
+  !> Reports made so far.
   type :: penetration_check_type
     !> Depth last reported, in cells.
     real(wp) :: reported = noticed
@@ -41,11 +41,11 @@ module qsmpm_penetration
 
 contains
 
-  !> A step that leaves soil deep inside a body is no step.
+  !> Rejects a step that leaves soil deep inside a body.
   subroutine refuse_penetration(model, bodies, found, error)
-    !> Its points where they are at the end of the step.
+    !> The model with its points at their position at the end of the step.
     type(model_type), intent(in) :: model
-    !> The bodies where they are at the end of the step (rigid bodies).
+    !> Bodies at their position at the end of the step (rigid bodies).
     type(placed_shape_type), intent(in) :: bodies(:)
     type(penetration_type), intent(out) :: found
     !> error_not_converged: names body, depth and place.
@@ -57,10 +57,10 @@ contains
     if (found%depth > refused*model%cell_size) call fail(error, error_not_converged, sentence(model, found))
   end subroutine refuse_penetration
 
-  !> Put points that are inside of bodies with contact on their outline back onto it.
+  !> Moves points that are inside bodies with contact on their outline back onto the outline.
   subroutine put_back(model, bodies)
     type(model_type), intent(inout) :: model
-    !> The bodies where they are at the end of the step (rigid bodies).
+    !> Bodies at their position at the end of the step (rigid bodies).
     type(placed_shape_type), intent(in) :: bodies(:)
     type(distance_type) :: distance
     integer :: k, p, d
@@ -76,10 +76,10 @@ contains
     end do
   end subroutine put_back
 
-  !> Warn where soil is inside a body, and again when it is twice as deep.
+  !> Warns where soil is inside a body, and again when the depth has doubled.
   subroutine warn_of_penetration(model, found, check, observer)
     type(model_type), intent(in) :: model
-    !> Of the step.
+    !> Penetration in the step.
     type(penetration_type), intent(in) :: found
     type(penetration_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
@@ -92,7 +92,7 @@ contains
       'place; otherwise use smaller steps, a larger ROUND of *RIGID BODY or smaller cells')
   end subroutine warn_of_penetration
 
-  !> Warn where soil presses on a body from afar, and again when it is twice as far.
+  !> Warns where soil presses on a body over a gap, and again when the gap has doubled.
   subroutine warn_of_gap(model, found, check, observer)
     type(model_type), intent(in) :: model
     type(penetration_type), intent(in) :: found
@@ -108,8 +108,8 @@ contains
       trim(adjustl(buffer))//': soil is missing in that gap; use smaller steps and cells')
   end subroutine warn_of_gap
 
-  !> Warn once where a surface in contact looks away from its body: it has folded over, and what presses there is soil
-  !> that no point of the surface stands for.
+  !> Warns once where a surface in contact faces away from its body: the surface has folded over, and the soil in
+  !> contact is not represented by surface points.
   subroutine warn_of_fold(model, check, observer)
     type(model_type), intent(in) :: model
     type(penetration_check_type), intent(inout) :: check
@@ -152,7 +152,7 @@ contains
       'reliable; ON=BODY enforces contact on the body itself')
   end subroutine warn_of_fold
 
-  !> How deep, where and in which body.
+  !> Returns the message: depth, place and body.
   pure function sentence(model, found) result(text)
     type(model_type), intent(in) :: model
     type(penetration_type), intent(in) :: found

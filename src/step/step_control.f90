@@ -1,34 +1,34 @@
-!> Step control: every rule by which a load step is accepted, damped, re-equilibrated, cut back or grown, and by which
-!> a phase ends. This file holds those of one step, qsmpm_step_length those of the next one's length. Done by them: a
-!> solve in qsmpm_load_step, a step in qsmpm_stepping, step after step in qsmpm_phases.
+!> Step control: every rule by which a load step is accepted, damped, re-equilibrated, cut back or increased, and by
+!> which a phase ends. This module contains the rules for one step, qsmpm_step_length those for the length of the next
+!> one. A solve is performed by qsmpm_load_step, a step by qsmpm_stepping, the sequence of steps by qsmpm_phases.
 !>
-!> ds: length of a step as a load fraction of the phase, ds_1 = 1/STEPS: that of the first one; d = MAX DISPLACEMENT
-!> times the size of a cell; C, C_1: compliance of a step and of the first one (qsmpm_limit_load); e: error of a step by
-!> its length (qsmpm_step_error). Capitals: *CONTROLS.
+!> Symbols: ds: length of a step as a load fraction of the phase, ds_1 = 1/STEPS: that of the first one; d = MAX
+!> DISPLACEMENT times the size of a cell; C, C_1: compliance of a step and of the first one (qsmpm_limit_load); e: error
+!> of a step due to its length (qsmpm_step_error). Capitals: parameters of *CONTROLS.
 !>
 !>   converged    eq. 27 holds; no node moves beyond d, in a damped sub-step 1.5 d; e <= STEP ERROR or ds the smallest;
-!>                no point leaves the mesh, and no carried mesh is tangled (qsmpm_convection)
+!>                no point leaves the mesh, and no moving mesh is tangled (qsmpm_convection)
 !>   retried      once with the line search switched, where the iterations fail and nothing yields (retries_line_search)
 !>   damped       in sub-steps, where a static solve is rejected, ds <= ds_1 (0.3 ds_1 under prescribed displacements)
-!>                and nothing asks for a shorter step (may_be_damped); the damping alpha is |f_int|/(d |W|) at first,
-!>                x 4 after a sub-step that is rejected, x 1/2 after an easy one below d/2, x 1.5 after one beyond d;
-!>                a static solve once it carries less than DAMPING SHARE, if rejected again at a tenth of that share
-!>   re-equilibrated   at constant load while the stabilisation carries more than STABILISATION SHARE, MAX
-!>                REEQUILIBRATIONS times at the most; damped where that is rejected (must_equilibrate)
-!>   accepted     residual without damping <= TOLERANCE, stabilisation <= STABILISATION SHARE or bearable, C <= LIMIT
+!>                and nothing requests a shorter step (may_be_damped); the damping alpha is |f_int|/(d |W|) at first,
+!>                x 4 after a rejected sub-step, x 1/2 after an easy one below d/2, x 1.5 after one beyond d;
+!>                a static solve once its share is below DAMPING SHARE, if rejected again at a tenth of that share
+!>   re-equilibrated   at constant load while the share of the stabilisation exceeds STABILISATION SHARE, at most MAX
+!>                REEQUILIBRATIONS times; damped where that is rejected (must_equilibrate)
+!>   accepted     residual without damping <= TOLERANCE, stabilisation <= STABILISATION SHARE or tolerable, C <= LIMIT
 !>                COMPLIANCE C_1 (is_balanced, judge_stabilisation, is_borne, reject_compliant); otherwise the step is
 !>                rejected and the state before it restored
-!>   cut back     to ds/2, to what a law asks for, or to 0.7 STEP ERROR/e ds (length_after_rejection); an accepted step
-!>                that went past a value of *STOP to where it is reached (length_to_stop, qsmpm_phase_stop)
-!>   grown        x 2 up to ds_1 after few iterations, x 1/2 after many; x 0.7 STEP ERROR/e (length_after_step);
-!>                not by 2 where a longer step was just lost on triangles that fit, nor on the grid that follows them
+!>   cut back     to ds/2, to what a law requests, or to 0.7 STEP ERROR/e ds (length_after_rejection); an accepted step
+!>                that exceeded a value of *STOP to where it is reached (length_to_stop, qsmpm_phase_stop)
+!>   increased    x 2 up to ds_1 after few iterations, x 1/2 after many; x 0.7 STEP ERROR/e (length_after_step); not x 2
+!>                where a longer step has just failed on a body-fitted mesh, nor on the grid that continues from it
 !>   limit load   a load rejected for C is bisected; found where ds would be below SMALLEST STEP ds_1 (plan_step)
 !>   given up     ds below SMALLEST STEP ds_1 otherwise; a body without support, a law that cannot go on (is_given_up);
-!>                four tries in a row that stall at the same node (note_try); so many iterations on the grid that
-!>                has followed triangles (reject_endless)
-!>   phase ends   with its whole load, its limit load, or a value of *STOP (phase_is_complete)
+!>                four successive attempts that stall at the same node (note_try); too many iterations on the grid that
+!>                continues from a body-fitted mesh (reject_endless)
+!>   phase ends   with its full load, its limit load, or a value of *STOP (phase_is_complete)
 !>
-!> Not here: the iterations (qsmpm_equilibrium), and what ends a run as an error of the model (qsmpm_pushed_material,
+!> Not included: the iterations (qsmpm_equilibrium), and errors of the model that end a run (qsmpm_pushed_material,
 !> qsmpm_initial_balance, qsmpm_saved_places).
 module qsmpm_step_control
   use qsmpm_kinds, only: wp
@@ -55,69 +55,70 @@ module qsmpm_step_control
   public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_flowing, reject_overloaded
   public :: reject_first, reject_endless, note_try, fades_slowly
 
-  !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
+  !> Lower bound of the residual allowed in damped sub-steps (docs/methods/proximal.md).
   real(wp), parameter :: substep_residual = 1.0e-3_wp
-  !> Factors on the damping; share of the damping at which a static solve is tried again; damping beyond help.
+  !> Factors on the damping; factor on the share at which a static solve is tried again; largest damping.
   real(wp), parameter :: damping_on_failure = 4.0_wp, damping_shrinks = 0.5_wp, damping_grows = 1.5_wp
   real(wp), parameter :: next_static = 0.1_wp, largest_damping = 1.0e12_wp
-  !> Share of the largest move below which the damping may shrink, and above which a sub-step is rejected.
+  !> Ratio to the largest move below which the damping may decrease, and above which a sub-step is rejected.
   real(wp), parameter :: small_move = 0.5_wp, large_move = 1.5_wp
-  !> Length in ds_1 above which a step is not damped. Under prescribed displacements a shorter step is the better help.
+  !> Length in ds_1 above which a step is not damped. Under prescribed displacements a shorter step is more effective.
   real(wp), parameter :: longest_damped = 1.0_wp + 1.0e-9_wp, longest_damped_prescribed = 0.3_wp
-  !> Re-equilibration near a limit load takes more iterations; its stabilisation is not weaker than this share.
+  !> Factor on MAX ITERATIONS in a re-equilibration (near a limit load); least factor on its stabilisation.
   integer, parameter :: more_at_constant_load = 3
   real(wp), parameter :: weakest = 1.0e-6_wp
-  !> Factor from one re-equilibration to the next where the share would take more than so many to fall below its bound;
-  !> looked at from the second one on.
+  !> Factor from one re-equilibration to the next where the share would require more than `patience` further ones to
+  !> fall below its bound; checked from the second one on.
   real(wp), parameter :: fading = 0.1_wp, patience = 8.0_wp
-  !> Share of the forces that a stabilisation may carry after all re-equilibrations, an error below that of the grid: of
-  !> any, and at a place, as a thin edge, where its work for the whole body stays within STABILISATION SHARE.
+  !> Tolerable share of the stabilisation after all re-equilibrations, an error below that of the grid: in general, and
+  !> at a single place such as a thin edge where its work for the whole body is within STABILISATION SHARE.
   real(wp), parameter :: bearable = 1.0e-2_wp, bearable_at_place = 5.0e-2_wp
-  !> Move of a re-equilibration over that of its step.
+  !> Displacement of a re-equilibration relative to that of its step.
   real(wp), parameter :: much_further = 20.0_wp
   !> Compliance over that of the first step, and iterations over MAX ITERATIONS, beyond both of which a step under loads
-  !> on bodies has no equilibrium to be found.
+  !> on bodies has no equilibrium.
   real(wp), parameter :: overloaded = 10.0_wp
   integer, parameter :: most_work = 2
-  !> The same on the grid that follows triangles which go with the ground: of a step of the first length, and of any.
+  !> Iterations relative to MAX ITERATIONS on the grid that continues from a body-fitted mesh: of a step of the first
+  !> length, and lower bound for any step.
   real(wp), parameter :: most_beyond = 20.0_wp, least_beyond = 5.0_wp
-  !> Tries of a step in a row that stall as the one before did, at most, and how much their residuals differ.
+  !> Most successive attempts that stall as the previous one did, and relative difference of their residuals.
   integer, parameter :: most_stalls = 3
   real(wp), parameter :: alike = 0.1_wp
-  !> The smallest step is so up to this share of it: round-off.
+  !> Relative tolerance for the smallest step: round-off.
   real(wp), parameter :: same_length = 1.0e-9_wp
 
-  !> How a step has gone so far.
+  !> State of a step so far.
   type :: outcome_type
     logical :: accepted = .false.
-    !> The static step was taken, without damping; its iterations.
+    !> The static step was accepted without damping; its iterations.
     logical :: static = .false.
     integer :: static_iterations = 0
     !> A longer step from the same state was rejected.
     logical :: was_cut = .false.
-    !> A smaller step will not help.
+    !> A smaller step does not help.
     logical :: unrecoverable = .false.
-    !> Why it is rejected: code, sentence, and figures of the solve where there are any.
+    !> Reason of the rejection: code, text, and residual and node of the solve where available.
     integer :: cause = error_not_converged
     character(len=:), allocatable :: reason
     real(wp) :: out_of_balance = 0.0_wp
     integer :: worst_label = 0
     real(wp) :: worst_place(3) = 0.0_wp
-    !> Error by the length of the static step, and whether it was rejected for it.
+    !> Error due to the length of the static step, and whether the step was rejected for it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
-    !> That of the pore pressures.
+    !> Error of the pore pressures.
     real(wp) :: water_error = 0.0_wp
     !> Rejected for its compliance.
     logical :: at_limit = .false.
-    !> Share of the step that a law asks for; 0 for none.
+    !> Share of the step that a law requests; 0 for none.
     real(wp) :: share = 0.0_wp
     !> Warning of an accepted step; unallocated for none.
     character(len=:), allocatable :: warning
   end type outcome_type
 
-  !> How the tries of a step were lost: iterations of all, those in a row that have stalled as the one before, and node
-  !> and residual of the last.
+  !> Record of the failed attempts at a step: iterations of all, number of successive ones that stalled as the previous
+  !> one did, node and residual of the last.
   type :: tries_type
     integer :: iterations = 0, stalls = 0, node = 0
     real(wp) :: residual = 0.0_wp
@@ -127,14 +128,15 @@ module qsmpm_step_control
   type :: substep_damping_type
     !> alpha, force per volume and displacement.
     real(wp) :: value = 0.0_wp
-    !> Share of the load that it carried in the last sub-step that converged, and below which it is left out.
+    !> Share of the load of the damping in the last converged sub-step, and share below which a static solve is tried.
     real(wp) :: share = huge(1.0_wp)
     real(wp) :: static_share = 0.0_wp
   end type substep_damping_type
 
 contains
 
-  !> Largest move of a node in a static step, d; a carried mesh has no cells to cross.
+  !> Returns the largest move of a node in a static step, d; unlimited for a mesh that moves with the material, where
+  !> points do not cross cells.
   pure real(wp) function largest_move(model, controls) result(move)
     type(model_type), intent(in) :: model
     type(controls_type), intent(in) :: controls
@@ -143,7 +145,7 @@ contains
     if (model%analysis%method%basis == basis_fem) move = huge(move)
   end function largest_move
 
-  !> A step without damping from load fraction `start` of the phase to `fraction`.
+  !> Returns a step without damping from load fraction `start` of the phase to `fraction`.
   pure type(attempt_type) function static_attempt(controls, fraction, start, move) result(attempt)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: fraction, start
@@ -154,15 +156,16 @@ contains
     if (controls%in_place) attempt%largest_move = huge(move)
   end function static_attempt
 
-  !> The same at constant load, with the stabilisation of the re-equilibration of this number. Where places stay soil
-  !> that moves much further than in the step, when it is only to let go of the stabilisation, flows.
+  !> Returns a static attempt at constant load with the stabilisation of re-equilibration `number`. Where positions are
+  !> fixed, soil that moves much further than in the step, although only the stabilisation is reduced, is in plastic
+  !> flow.
   pure type(attempt_type) function reequilibration_attempt(controls, fraction, start, move, held, number, fadings) &
     result(attempt)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: fraction, start, move
-    !> Largest move of a node in the step before.
+    !> Largest move of a node in the previous step.
     real(wp), intent(in) :: held
-    !> Fadings that the deck has not asked for.
+    !> Number of reductions of the stabilisation that the deck did not request.
     integer, intent(in) :: number, fadings
 
     attempt = static_attempt(controls, fraction, start, move)
@@ -170,7 +173,7 @@ contains
     attempt%stabilisation = max(weakest, controls%stabilisation_fade**number*fading**fadings)
   end function reequilibration_attempt
 
-  !> Controls of a re-equilibration.
+  !> Returns the controls of a re-equilibration.
   pure type(controls_type) function reequilibration_controls(controls)
     type(controls_type), intent(in) :: controls
 
@@ -178,8 +181,8 @@ contains
     reequilibration_controls%max_iterations = more_at_constant_load*controls%max_iterations
   end function reequilibration_controls
 
-  !> The next sub-step: a static solve once the damping carries little. Its residual is that of the deck only where the
-  !> damping is nearly gone.
+  !> Returns the next sub-step: a static solve once the share of the damping is small. Its tolerance is that of the deck
+  !> only where the damping has nearly vanished.
   pure type(attempt_type) function substep_attempt(controls, damping, fraction, start, move) result(attempt)
     type(controls_type), intent(in) :: controls
     type(substep_damping_type), intent(in) :: damping
@@ -192,7 +195,7 @@ contains
     attempt%largest_move = large_move*move
   end function substep_attempt
 
-  !> Whether the error by the length of a step is measured: that of a static one, where the deck bounds it.
+  !> Returns whether the error due to the length of a step is measured: for a static step, where the deck bounds it.
   pure logical function has_length_error(controls, attempt)
     type(controls_type), intent(in) :: controls
     type(attempt_type), intent(in) :: attempt
@@ -200,7 +203,7 @@ contains
     has_length_error = controls%step_error > 0.0_wp .and. .not. attempt%damping > 0.0_wp
   end function has_length_error
 
-  !> Whether a step is longer than its error allows; the smallest one never is.
+  !> Returns whether a step is longer than its error allows; the smallest one never is.
   pure logical function is_too_long(controls, length, step_error)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: length, step_error
@@ -209,13 +212,14 @@ contains
       length*controls%steps > controls%smallest_step*(1.0_wp + same_length)
   end function is_too_long
 
-  !> Whether a solve that has failed is tried again with the line search switched. Where nothing yields, a slender body
-  !> that bends is far out of balance on Newton's way, and a search that wants the residual to fall makes it a long one.
+  !> Returns whether a failed solve is repeated with the line search switched. Where nothing yields, the residual of a
+  !> slender body in bending is large during the Newton iterations, and a search that requires it to decrease needs many
+  !> of them.
   pure logical function retries_line_search(controls, attempt, solution, yields) result(retries)
     type(controls_type), intent(in) :: controls
     type(attempt_type), intent(in) :: attempt
     type(solution_type), intent(in) :: solution
-    !> Whether a material point yields.
+    !> A material point yields.
     logical, intent(in) :: yields
 
     retries = .not. solution%converged .and. controls%line_search .and. controls%newton == newton_full .and. &
@@ -223,15 +227,16 @@ contains
       .and. .not. yields
   end function retries_line_search
 
-  !> Whether a static solve has found a body without support: singular before any step.
+  !> Returns whether a static solve has found a body without support: singular before any step.
   pure logical function lacks_support(cause, steps_taken)
     integer, intent(in) :: cause, steps_taken
 
     lacks_support = cause == error_singular .and. steps_taken == 0
   end function lacks_support
 
-  !> Why a run ends whose increment is given up. Equations that could be solved, and are singular once friction slips or
-  !> soil yields, have lost their equilibrium; singular in the first iteration they lack supports or stiffness.
+  !> Returns the cause for which a run ends whose increment is given up. Equations that become singular during the
+  !> iterations, when friction slips or soil yields, have lost their equilibrium; if singular in the first iteration
+  !> they lack supports or stiffness.
   pure integer function cause_of_end(outcome)
     type(outcome_type), intent(in) :: outcome
 
@@ -240,7 +245,8 @@ contains
     if (outcome%cause == error_tangled) cause_of_end = error_not_converged
   end function cause_of_end
 
-  !> Whether sub-steps are asked for and possible: a carried mesh cannot move on in them, but where places stay.
+  !> Returns whether sub-steps are requested and possible: a mesh that moves with the material does not allow them,
+  !> except where positions are fixed.
   pure logical function is_dampable(model, controls)
     type(model_type), intent(in) :: model
     type(controls_type), intent(in) :: controls
@@ -248,7 +254,7 @@ contains
     is_dampable = controls%damping .and. (model%analysis%method%basis /= basis_fem .or. controls%in_place)
   end function is_dampable
 
-  !> Whether sub-steps may help a static step to this load fraction that was rejected.
+  !> Returns whether sub-steps may help after a static step to this load fraction was rejected.
   logical function may_be_damped(model, controls, fraction, outcome)
     type(model_type), intent(in) :: model
     type(controls_type), intent(in) :: controls
@@ -263,10 +269,11 @@ contains
       .not. (outcome%unrecoverable .or. outcome%too_long .or. outcome%at_limit .or. outcome%share > 0.0_wp)
   end function may_be_damped
 
-  !> Damping of the first sub-step: that of the step before, or one that balances the whole load at the largest move.
+  !> Returns the damping of the first sub-step: that of the previous step, or one that balances the whole load at the
+  !> largest move.
   pure type(substep_damping_type) function first_damping(controls, before, force, lumped, move) result(damping)
     type(controls_type), intent(in) :: controls
-    !> alpha of the step before, 0 for none.
+    !> alpha of the previous step, 0 for none.
     real(wp), intent(in) :: before
     !> Norms of the internal force and of the lumped volumes of the nodes, d.
     real(wp), intent(in) :: force, lumped, move
@@ -275,21 +282,22 @@ contains
     if (.not. before > 0.0_wp) damping%value = force/(move*max(lumped, tiny(move)))
   end function first_damping
 
-  !> Whether the damping carries little enough to be left out.
+  !> Returns whether the share of the damping is small enough to omit it.
   pure logical function is_static(damping)
     type(substep_damping_type), intent(in) :: damping
 
     is_static = damping%share < damping%static_share
   end function is_static
 
-  !> Whether no damping helps: without a force there is nothing to damp, and beyond the largest nothing moves.
+  !> Returns whether damping cannot help: without a force there is nothing to damp, and beyond the largest value nothing
+  !> moves.
   pure logical function is_beyond_help(damping)
     type(substep_damping_type), intent(in) :: damping
 
     is_beyond_help = .not. (damping%value > 0.0_wp .and. damping%value <= largest_damping)
   end function is_beyond_help
 
-  !> After a sub-step that was rejected.
+  !> Increases the damping after a rejected sub-step.
   pure subroutine damp_more(damping)
     type(substep_damping_type), intent(inout) :: damping
 
@@ -300,7 +308,7 @@ contains
     end if
   end subroutine damp_more
 
-  !> After a sub-step that converged.
+  !> Adapts the damping after a converged sub-step.
   pure subroutine adapt_damping(controls, solution, move, damping)
     type(controls_type), intent(in) :: controls
     type(solution_type), intent(in) :: solution
@@ -315,7 +323,7 @@ contains
     end if
   end subroutine adapt_damping
 
-  !> Whether a residual is one of equilibrium; what is not a number is not.
+  !> Returns whether a residual satisfies equilibrium; one that is not a number does not.
   pure logical function is_balanced(controls, residual)
     type(controls_type), intent(in) :: controls
     !> Out-of-balance without damping.
@@ -324,7 +332,7 @@ contains
     is_balanced = residual <= controls%tolerance
   end function is_balanced
 
-  !> Whether the stabilisation carries little.
+  !> Returns whether the share of the stabilisation is within its bound.
   pure logical function is_within_share(controls, shares)
     type(controls_type), intent(in) :: controls
     type(step_share_type), allocatable, intent(in) :: shares(:)
@@ -332,7 +340,7 @@ contains
     is_within_share = share_named(shares, stabilisation_share) <= controls%stabilisation_share
   end function is_within_share
 
-  !> Whether a step needs another re-equilibration at constant load and may have it.
+  !> Returns whether a step needs another re-equilibration at constant load and is allowed one.
   pure logical function must_equilibrate(controls, shares, taken)
     type(controls_type), intent(in) :: controls
     type(step_share_type), allocatable, intent(in) :: shares(:)
@@ -342,8 +350,8 @@ contains
     must_equilibrate = .not. is_within_share(controls, shares) .and. taken < controls%max_reequilibrations
   end function must_equilibrate
 
-  !> Whether what the stabilisation carries is bearable: more of it at a place where it does little work, but where a
-  !> factor of safety hangs on it.
+  !> Returns whether the share of the stabilisation is tolerable. A larger share is tolerated at a place where its work
+  !> is small, except in the search for a factor of safety (`strictly`).
   pure logical function is_borne(controls, shares, strictly)
     type(controls_type), intent(in) :: controls
     type(step_share_type), allocatable, intent(in) :: shares(:)
@@ -356,7 +364,8 @@ contains
     is_borne = share_named(shares, stabilisation_share) <= most
   end function is_borne
 
-  !> Whether re-equilibrations with the same stabilisation would be many: its share falls by a quotient each time.
+  !> Returns whether many re-equilibrations with the same stabilisation would be needed: its share decreases by a
+  !> constant ratio each time.
   pure logical function fades_slowly(controls, before, now, taken) result(slowly)
     type(controls_type), intent(in) :: controls
     !> Share before the last re-equilibration and after it.
@@ -371,11 +380,11 @@ contains
     if (.not. slowly) slowly = log(now/controls%stabilisation_share) > patience*log(before/now)
   end function fades_slowly
 
-  !> Reject a step whose stabilisation carries too much. The phase warns of what is bearable.
+  !> Rejects a step with an excessive share of the stabilisation. The phase warns of a tolerable one.
   pure subroutine judge_stabilisation(controls, shares, place, strictly, outcome)
     type(controls_type), intent(in) :: controls
     type(step_share_type), allocatable, intent(in) :: shares(:)
-    !> Where it carries most.
+    !> Place of the largest share.
     real(wp), intent(in) :: place(:)
     logical, intent(in) :: strictly
     type(outcome_type), intent(inout) :: outcome
@@ -385,7 +394,7 @@ contains
 
     share = share_named(shares, stabilisation_share)
     if (is_within_share(controls, shares) .or. (outcome%accepted .and. is_borne(controls, shares, strictly))) return
-    ! Of nothing, or not a number: all there is, and more.
+    ! The share is infinite or not a number: reported as the whole force or more.
     if (.not. share <= 10.0_wp) share = 10.0_wp
     places = rounded_text(place(1), 4)
     do i = 2, size(place)
@@ -399,7 +408,7 @@ contains
       outcome)
   end subroutine judge_stabilisation
 
-  !> Reject a step that is more compliant than LIMIT COMPLIANCE allows.
+  !> Rejects a step whose compliance exceeds LIMIT COMPLIANCE.
   pure subroutine reject_compliant(controls, step, limit, outcome)
     type(controls_type), intent(in) :: controls
     type(compliance_type), intent(in) :: step
@@ -414,13 +423,13 @@ contains
     outcome%at_limit = .true.
   end subroutine reject_compliant
 
-  !> Reject a step of a phase that loads bodies beyond what the ground carries: it has become as compliant as at a limit
-  !> load, and no equilibrium is found with the iterations of two steps. LIMIT COMPLIANCE looks closer.
+  !> Rejects a step that loads bodies beyond the capacity of the soil: its compliance is that of a limit load, and no
+  !> equilibrium is found within twice MAX ITERATIONS. LIMIT COMPLIANCE is more accurate.
   pure subroutine reject_overloaded(controls, loaded, converged, iterations, step, limit, outcome)
     type(controls_type), intent(in) :: controls
     !> Loads on bodies act in the phase; the last solve has converged.
     logical, intent(in) :: loaded, converged
-    !> Of all solves of the step.
+    !> Iterations of all solves of the step.
     integer, intent(in) :: iterations
     type(compliance_type), intent(in) :: step
     type(limit_load_type), intent(in) :: limit
@@ -438,13 +447,13 @@ contains
     outcome%at_limit = .true.
   end subroutine reject_overloaded
 
-  !> Reject the first step of a phase that loads bodies after the iterations of two steps: only a shorter one tells how
-  !> compliant the ground is at rest.
+  !> Rejects the first step of a phase that loads bodies after twice MAX ITERATIONS: only a shorter step determines the
+  !> initial compliance of the soil.
   pure subroutine reject_first(controls, loaded, iterations, limit, outcome, rejected)
     type(controls_type), intent(in) :: controls
     !> Loads on bodies act in the phase.
     logical, intent(in) :: loaded
-    !> Of all solves of the step.
+    !> Iterations of all solves of the step.
     integer, intent(in) :: iterations
     type(limit_load_type), intent(in) :: limit
     type(outcome_type), intent(inout) :: outcome
@@ -456,10 +465,11 @@ contains
       'step of loads on rigid bodies', outcome)
   end subroutine reject_first
 
-  !> Reject a load at which the ground flows out of the mesh in damped sub-steps: a shorter step to it ends there too.
+  !> Rejects a load at which soil flows out of the mesh in damped sub-steps: a shorter step to this load would end in
+  !> the same way.
   pure subroutine reject_flowing(controls, substeps, outcome)
     type(controls_type), intent(in) :: controls
-    !> That have been taken at this load.
+    !> Number taken at this load.
     integer, intent(in) :: substeps
     type(outcome_type), intent(inout) :: outcome
 
@@ -468,12 +478,12 @@ contains
     outcome%at_limit = .true.
   end subroutine reject_flowing
 
-  !> Note how a try of a step was lost. One that ends at the same node with the same residual as three before it says
-  !> that a shorter one will end there too; with reject_endless it is the end of the step.
+  !> Records a failed attempt at a step. If it ends at the same node with the same residual as the three previous ones,
+  !> a shorter step would end there too; as in reject_endless the step is then given up.
   pure subroutine note_try(model, controls, length, iterations, tries, outcome)
     type(model_type), intent(in) :: model
     type(controls_type), intent(in) :: controls
-    !> Load fraction of the try, and iterations of all of its solves.
+    !> Load fraction of the attempt, and iterations of all of its solves.
     real(wp), intent(in) :: length
     integer, intent(in) :: iterations
     type(tries_type), intent(inout) :: tries
@@ -488,14 +498,14 @@ contains
     call reject_endless(model, controls, length, tries%iterations, outcome)
   end subroutine note_try
 
-  !> Give a step up on the grid that has followed triangles which carried no more, where so many iterations bring no
-  !> rest. What a search tries has its own bounds.
+  !> Gives up a step on the grid that continues from a body-fitted mesh when the number of iterations exceeds a bound
+  !> without equilibrium. A safety search has its own bounds.
   pure subroutine reject_endless(model, controls, length, iterations, outcome)
     type(model_type), intent(in) :: model
     type(controls_type), intent(in) :: controls
     !> Load fraction of the step.
     real(wp), intent(in) :: length
-    !> Of all solves of the step.
+    !> Iterations of all solves of the step.
     integer, intent(in) :: iterations
     type(outcome_type), intent(inout) :: outcome
 
@@ -508,7 +518,7 @@ contains
       ' iterations on the background grid that has replaced the body-fitted mesh'
   end subroutine reject_endless
 
-  !> Whether a step is too compliant to be accepted.
+  !> Returns whether a step is too compliant to be accepted.
   pure logical function exceeds(step, limit, allowed)
     type(compliance_type), intent(in) :: step
     type(limit_load_type), intent(in) :: limit
@@ -518,7 +528,7 @@ contains
     exceeds = allowed > 0.0_wp .and. limit%first > 0.0_wp .and. compliance_of(step) > allowed*limit%first
   end function exceeds
 
-  !> Reject what a solve has not reached.
+  !> Rejects a step whose solve has not converged.
   pure subroutine reject_solve(solution, outcome)
     type(solution_type), intent(in) :: solution
     type(outcome_type), intent(inout) :: outcome
@@ -533,7 +543,7 @@ contains
     outcome%share = solution%share
   end subroutine reject_solve
 
-  !> Reject what was solved: there is no residual to name, and no law has asked for less.
+  !> Rejects a step that was solved: there is no residual to report, and no law has requested a shorter step.
   pure subroutine reject(reason, outcome)
     character(len=*), intent(in) :: reason
     type(outcome_type), intent(inout) :: outcome

@@ -1,12 +1,12 @@
-!> What the length of a step costs: the difference between the step as taken and its deformation walked
-!> in two halves (qsmpm_half_step_law), in stress and in position.
+!> Error due to the length of a step: the difference between the step and the same deformation applied in two halves
+!> (qsmpm_half_step_law), in stress and in position.
 !>
 !>   path       e_s = 2 |sigma_2 - sigma_1| / |sigma_1|, norms over the volume
 !>   position   e_u = 2 max |K^-1 (f_1 - f_2)| / max |u|, u the displacement of the step
-!> f_2 are the internal forces of the halved walk, K the matrix the step was last factorised with: what the
-!> stresses of a longer path would move the nodes by. The laws are of first order at least, so two halves
-!> leave half of the error of one step and their difference is the other half: hence the factor 2.
-!> Hyperelastic steps have none, however long: the stress does not know the path.
+!> f_2 are the internal forces of the two halves, K is the matrix of the last factorisation of the step: the position
+!> error is the displacement due to the stresses of the refined path. The laws are at least of first order, so that two
+!> halves have half of the error of one step and the difference is the other half: hence the factor 2. Hyperelastic
+!> steps have no such error, because the stress does not depend on the path.
 module qsmpm_step_error
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of
@@ -29,29 +29,29 @@ module qsmpm_step_error
 
   public :: step_error_type, measure_step_error
 
-  !> Residual of the move where it is iterated: an estimate needs no more.
+  !> Residual of the displacement where it is solved iteratively; sufficient for an estimate.
   real(wp), parameter :: digits_of_move = 1.0e-4_wp
 
   !> Errors of a step as shares.
   type :: step_error_type
-    !> Of the stresses.
+    !> Error of the stresses.
     real(wp) :: path = 0.0_wp
-    !> Of the displacements of the step.
+    !> Error of the displacements of the step.
     real(wp) :: position = 0.0_wp
   end type step_error_type
 
 contains
 
-  !> Errors of a step in equilibrium that has not been taken yet.
+  !> Measures the errors of a step in equilibrium that has not been accepted yet.
   subroutine measure_step_error(model, step, displacement, path_only, errors, error)
     type(model_type), intent(in) :: model
-    !> Scratch of the step, evaluated and factorised.
+    !> Scratch data of the step, evaluated and factorised.
     type(step_type), intent(inout), target :: step
     !> Displacement of the step and changes of further fields (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
-    !> Leaves the error of the position, which takes a solution, at 0.
+    !> Omits the error of the position, which requires a solution, and returns 0 for it.
     logical, intent(in) :: path_only
-    !> The errors; huge where the halved walk could not be made or is not a number.
+    !> The errors; huge where the two halves could not be evaluated or the result is not a number.
     type(step_error_type), intent(out) :: errors
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
@@ -104,8 +104,8 @@ contains
     end associate
   end subroutine measure_step_error
 
-  !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
-  !> preconditioner, by the present matrix.
+  !> Solves for the displacements due to a residual: with the last factors of the step or, where these are only a
+  !> preconditioner, with the present matrix.
   subroutine respond_to(model, step, displacement, residual, move, error)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
@@ -113,7 +113,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> Residual (equations).
     real(wp), intent(in) :: residual(:)
-    !> The answer (equations).
+    !> The displacements (equations).
     real(wp), intent(out) :: move(:)
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
@@ -129,11 +129,11 @@ contains
     end if
   end subroutine respond_to
 
-  !> The laws, each in two halves a step.
+  !> Creates the laws that apply each step in two halves.
   subroutine halve(laws, halved)
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
-    !> The same in halves.
+    !> Laws that divide each step into halves.
     type(law_slot_type), intent(out) :: halved(:)
     type(half_step_law_type) :: law
     integer :: m
@@ -147,7 +147,7 @@ contains
     end do
   end subroutine halve
 
-  !> Stresses and forces at the end of the step by some laws.
+  !> Evaluates stresses and forces at the end of the step with the given laws.
   subroutine walk_along(integration, model, laws, displacement, evaluation)
     type(integration_type), intent(in) :: integration
     type(model_type), intent(in) :: model
@@ -161,7 +161,7 @@ contains
     call evaluate(integration, model%state%points, laws, displacement, tangent_none, evaluation)
   end subroutine walk_along
 
-  !> Volumes of the integration points; none of those in cells that other processes answer for.
+  !> Returns the volumes of the integration points; zero in cells owned by other processes.
   pure function counted_volumes(model, integration) result(volumes)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration
@@ -176,14 +176,14 @@ contains
     end do
   end function counted_volumes
 
-  !> |sigma_2 - sigma_1| / |sigma_1|, root mean squares over the volume of all processes.
+  !> Returns |sigma_2 - sigma_1| / |sigma_1|, root mean squares over the volume of all processes.
   real(wp) function stress_distance(team, weight, whole, walk)
     type(team_type), intent(in) :: team
     !> Volumes of the points (n).
     real(wp), intent(in) :: weight(:)
-    !> Stresses of the whole step and of the walk in halves (4 or 6, n).
+    !> Stresses of the whole step and of the two halves (4 or 6, n).
     real(wp), intent(in) :: whole(:, :), walk(:, :)
-    !> Of the difference and of the stress.
+    !> Sums for the difference and for the stress.
     real(wp) :: squares(2)
     integer :: q
 

@@ -1,6 +1,6 @@
-!> Step control: length of the next step as a load fraction of the phase, and where a phase ends; the table of all rules
-!> heads qsmpm_step_control. No step goes beyond the phase, steps of the first length end on its multiples, and none
-!> reaches a load that was rejected for its compliance.
+!> Step control: length of the next step as a load fraction of the phase, and end of a phase; the table of all rules is
+!> in the header of qsmpm_step_control. No step extends beyond the phase, steps of the first length end on its
+!> multiples, and no step reaches a load that was rejected for its compliance.
 module qsmpm_step_length
   use qsmpm_phase_description, only: controls_type
   use qsmpm_kinds, only: wp
@@ -14,22 +14,22 @@ module qsmpm_step_length
   public :: first_length, is_too_short, plan_step, end_of_step, below_rejected, length_after_step
   public :: length_after_rejection, go_on, cut_back, is_given_up, is_load_known, phase_is_complete, length_to_stop
 
-  !> A step that a law rejects is cut back to this share of it at the most.
+  !> Largest length, relative to the step, to which a step rejected by a law is cut back.
   real(wp), parameter :: largest_cut = 0.9_wp
-  !> Bounds for the ratio of two steps in a row, and the part of the allowed error that is aimed at.
+  !> Bounds of the ratio of two successive steps, and target of the error relative to its bound.
   real(wp), parameter :: least_growth = 0.2_wp, most_growth = 2.0_wp, margin = 0.7_wp
-  !> Share of the load carried, and of the first step, to which a load beyond what the ground carries is found where
-  !> none asks for more: the grid itself is not as near.
+  !> Accuracy of a load beyond the capacity of the soil where the deck does not request a limit load, relative to the
+  !> load supported and to the first step; the error due to the grid is larger.
   real(wp), parameter :: nearest_load = 0.02_wp, nearest_limit = 0.12_wp
-  !> First step of a phase in which pore water flows, over those that its steps grow to, and the error of pressures that
-  !> is aimed at as they do.
+  !> First step of a phase with transient pore water flow relative to the largest length of its steps, and target of the
+  !> error of the pressures.
   real(wp), parameter :: short_start = 0.01_wp, water_allowed = 0.1_wp
-  !> Lengths as near as this share of the first one are the same, and so are these load fractions.
+  !> Relative difference below which lengths and load fractions are equal.
   real(wp), parameter :: same_length = 1.0e-9_wp, same_fraction = 1.0e-12_wp
 
 contains
 
-  !> Length of the first step of a phase.
+  !> Returns the length of the first step of a phase.
   pure real(wp) function first_length(controls)
     type(controls_type), intent(in) :: controls
 
@@ -37,7 +37,7 @@ contains
     if (is_graded(controls)) first_length = controls%first_share
   end function first_length
 
-  !> Whether the steps of a phase grow from a first one.
+  !> Returns whether the steps of a phase grow from a given first one.
   pure logical function is_graded(controls)
     type(controls_type), intent(in) :: controls
 
@@ -45,14 +45,14 @@ contains
       controls%first_share*controls%steps < 1.0_wp
   end function is_graded
 
-  !> Whether they begin short and grow as the pressures of the pore water allow.
+  !> Returns whether the steps begin short and grow as the error of the pore pressures allows.
   pure logical function is_by_water(controls)
     type(controls_type), intent(in) :: controls
 
     is_by_water = controls%by_water .and. controls%steps > 1 .and. .not. controls%first_share > 0.0_wp
   end function is_by_water
 
-  !> r, by which steps grow, s_1 (1 + r + ... + r^(N-1)) = 1: 1 where all are even.
+  !> Returns the growth ratio r of the steps, s_1 (1 + r + ... + r^(N-1)) = 1; 1 where all are equal.
   pure real(wp) function growth_of(controls) result(growth)
     type(controls_type), intent(in) :: controls
     integer, parameter :: halvings = 60
@@ -74,7 +74,7 @@ contains
     end do
   end function growth_of
 
-  !> Length of the step that begins at a load fraction where none was cut back: s_1 + (r - 1) s.
+  !> Returns the length of the step that begins at a load fraction if none was cut back: s_1 + (r - 1) s.
   pure real(wp) function planned_length(controls, fraction) result(length)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: fraction
@@ -83,14 +83,14 @@ contains
     if (is_by_water(controls)) length = short_start*length
   end function planned_length
 
-  !> The smallest step.
+  !> Returns the smallest length of a step.
   pure real(wp) function smallest_length(controls)
     type(controls_type), intent(in) :: controls
 
     smallest_length = controls%smallest_step*first_length(controls)
   end function smallest_length
 
-  !> Whether a step is smaller than the phase allows.
+  !> Returns whether a step is smaller than the phase allows.
   pure logical function is_too_short(controls, length)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: length
@@ -98,11 +98,11 @@ contains
     is_too_short = length < smallest_length(controls)*(1.0_wp - same_length)
   end function is_too_short
 
-  !> Length and end of the next step. Where no load is left below one that was rejected for its compliance the limit
-  !> load is found, and there is no next step.
+  !> Computes length and end of the next step. Where no load remains below one that was rejected for its compliance, the
+  !> limit load is found and there is no next step.
   pure subroutine plan_step(controls, furthest, progress, length, last)
     type(controls_type), intent(in) :: controls
-    !> Load fraction that no step goes beyond.
+    !> Upper bound of the load fraction at the end of the step.
     real(wp), intent(in) :: furthest
     type(progress_type), intent(inout) :: progress
     real(wp), intent(out) :: length, last
@@ -118,7 +118,7 @@ contains
     last = min(furthest, last)
   end subroutine plan_step
 
-  !> Whether a limit load is asked for and lies below a load that was rejected.
+  !> Returns whether a limit load is requested and is below a load that was rejected.
   pure logical function bisects(controls, progress)
     type(controls_type), intent(in) :: controls
     type(progress_type), intent(in) :: progress
@@ -126,7 +126,7 @@ contains
     bisects = controls%limit_compliance > 0.0_wp .and. progress%limit%refused > 0.0_wp
   end function bisects
 
-  !> End of the next step: on a multiple of the first length where one is near, and never beyond the phase.
+  !> Returns the end of the next step: on a multiple of the first length where one is near, and never beyond the phase.
   pure real(wp) function end_of_step(controls, fraction, length) result(last)
     type(controls_type), intent(in) :: controls
     !> Load fraction so far, and length of the step.
@@ -142,22 +142,23 @@ contains
     if (last > 1.0_wp - same_length*max(first, length)) last = 1.0_wp
   end function end_of_step
 
-  !> The same below a load that was rejected for its compliance: halfway to it where it would be reached.
+  !> Returns the end of the next step below a load that was rejected for its compliance: halfway to it where it would be
+  !> reached.
   pure real(wp) function below_rejected(limit, fraction, last)
     type(limit_load_type), intent(in) :: limit
-    !> Load fraction so far, and the end that is wanted.
+    !> Load fraction so far, and planned end of the step.
     real(wp), intent(in) :: fraction, last
 
     below_rejected = last
     if (limit%refused > 0.0_wp) below_rejected = min(last, 0.5_wp*(fraction + limit%refused))
   end function below_rejected
 
-  !> Length after an accepted step.
+  !> Returns the length after an accepted step.
   pure real(wp) function length_after_step(controls, length, outcome, fraction) result(next)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: length
     type(outcome_type), intent(in) :: outcome
-    !> At its end.
+    !> Load fraction at the end of the step.
     real(wp), intent(in) :: fraction
     real(wp) :: growth
 
@@ -173,7 +174,7 @@ contains
     next = max(next, smallest_length(controls))
   end function length_after_step
 
-  !> Length after a step that was rejected.
+  !> Returns the length after a rejected step.
   pure real(wp) function length_after_rejection(controls, length, outcome) result(next)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: length
@@ -185,14 +186,14 @@ contains
       length*length_ratio(outcome%step_error, controls%step_error))
   end function length_after_rejection
 
-  !> After an accepted step.
+  !> Updates the progress after an accepted step.
   pure subroutine go_on(controls, compliance, start, length, outcome, progress)
     type(controls_type), intent(in) :: controls
     type(compliance_type), intent(in) :: compliance
-    !> Load fraction at its start, and its length as it was planned.
+    !> Load fraction at its start, and its planned length.
     real(wp), intent(in) :: start, length
     type(outcome_type), intent(in) :: outcome
-    !> At the end of the step.
+    !> Progress at the end of the step.
     type(progress_type), intent(inout) :: progress
 
     progress%step = progress%step + 1
@@ -202,22 +203,22 @@ contains
     call note_accepted(compliance, controls%limit_compliance, start, progress%fraction, progress%limit)
   end subroutine go_on
 
-  !> After a rejected step.
+  !> Updates the progress after a rejected step.
   pure subroutine cut_back(controls, compliance, last, outcome, progress)
     type(controls_type), intent(in) :: controls
     type(compliance_type), intent(in) :: compliance
     !> Load fraction that was to be reached.
     real(wp), intent(in) :: last
     type(outcome_type), intent(in) :: outcome
-    !> At the start of the step.
+    !> Progress at the start of the step.
     type(progress_type), intent(inout) :: progress
 
     if (outcome%at_limit) call note_refused(compliance, progress%fraction, last, progress%limit)
     progress%next_step = length_after_rejection(controls, last - progress%fraction, outcome)
   end subroutine cut_back
 
-  !> By what a step is to be longer or shorter. The error is a share of the step's own displacements and falls with its
-  !> length; a step is not to grow too fast, and a little margin saves steps that would be rejected.
+  !> Returns the factor on the length of a step. The error is a share of the step's own displacements and decreases with
+  !> its length; the growth is bounded, and a margin avoids steps that would be rejected.
   pure real(wp) function length_ratio(step_error, allowed) result(ratio)
     real(wp), intent(in) :: step_error, allowed
 
@@ -225,8 +226,8 @@ contains
     if (step_error > 0.0_wp) ratio = min(most_growth, max(least_growth, margin*allowed/step_error))
   end function length_ratio
 
-  !> Length of a step that went past the value at which its phase stops, to be taken again up to a share of it; 0 where
-  !> it may not be any shorter, and stays.
+  !> Returns the length of a step that exceeded the value at which its phase stops, to be repeated up to a share of it;
+  !> 0 where it cannot be shorter and is kept.
   pure real(wp) function length_to_stop(controls, length, share) result(next)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: length, share
@@ -235,8 +236,8 @@ contains
     if (.not. next < length*(1.0_wp - same_length)) next = 0.0_wp
   end function length_to_stop
 
-  !> Whether a phase ends without its load after a step was rejected and the next one cut back: the bisection of a limit
-  !> load ends elsewhere (plan_step).
+  !> Returns whether a phase ends without its full load after a step was rejected and the next one cut back; the
+  !> bisection of a limit load ends in plan_step.
   pure logical function is_given_up(controls, progress, outcome)
     type(controls_type), intent(in) :: controls
     type(progress_type), intent(in) :: progress
@@ -247,8 +248,8 @@ contains
       is_load_known(controls, progress)
   end function is_given_up
 
-  !> Whether the load that the ground carries is known near enough where none was asked for. A load that was refused is
-  !> tried again from nearer states until then.
+  !> Returns whether the load that the soil supports is known accurately enough where no limit load was requested. Until
+  !> then a rejected load is tried again from closer states.
   pure logical function is_load_known(controls, progress)
     type(controls_type), intent(in) :: controls
     type(progress_type), intent(in) :: progress
@@ -259,8 +260,8 @@ contains
     end associate
   end function is_load_known
 
-  !> Whether the present phase is at its end: its whole load is carried, its limit load found, a history has reached
-  !> its value, or equilibrium was lost.
+  !> Returns whether the present phase is complete: its full load is reached, its limit load found, a history has
+  !> reached its value, or equilibrium was lost.
   pure logical function phase_is_complete(progress)
     type(progress_type), intent(in) :: progress
 

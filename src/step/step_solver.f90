@@ -1,5 +1,5 @@
-!> What step control asks for, and the interface of who does it: production passes `load_step_type`, a test a script
-!> of outcomes.
+!> Interface of the solver that step control calls: production runs pass `load_step_type`, a test passes a script of
+!> outcomes.
 module qsmpm_step_solver
   use qsmpm_phase_description, only: controls_type
   use qsmpm_equilibrium, only: solution_type
@@ -12,32 +12,33 @@ module qsmpm_step_solver
 
   public :: attempt_type, step_solver_type
 
-  !> One solve that is asked for.
+  !> One requested solve.
   type :: attempt_type
-    !> Load fraction to be reached; the present one holds the load.
+    !> Load fraction to be reached; the current one holds the load constant.
     real(wp) :: fraction = 0.0_wp
-    !> Out-of-balance allowed (eq. 27).
+    !> Allowed out-of-balance (eq. 27).
     real(wp) :: tolerance = 0.0_wp
     !> Coefficient of the proximal damping, 0 for a static step.
     real(wp) :: damping = 0.0_wp
-    !> Largest nodal displacement that is accepted.
+    !> Largest accepted nodal displacement.
     real(wp) :: largest_move = huge(1.0_wp)
     !> Factor on the stabilisation.
     real(wp) :: stabilisation = 1.0_wp
-    !> Load fraction that the step starts from: its load increment is counted from there.
+    !> Load fraction at the start of the step, from which its load increment is measured.
     real(wp) :: start = 0.0_wp
-    !> Stresses and states alone are updated: places, volumes and deformation stay.
+    !> Only stresses and states are updated: positions, volumes and deformation do not change.
     logical :: in_place = .false.
   end type attempt_type
 
-  !> Who solves.
+  !> Solver of a step.
   type, abstract :: step_solver_type
   contains
     procedure(solve_interface), deferred :: solve
   end type step_solver_type
 
   abstract interface
-    !> Go from the state of the model to equilibrium; the whole step is taken, or the state stays what it was.
+    !> Solves from the state of the model to equilibrium; either the whole step is accepted, or the state remains
+    !> unchanged.
     subroutine solve_interface(self, model, step, controls, attempt, solution, error)
       import :: step_solver_type, model_type, step_type, controls_type, attempt_type, solution_type, error_type
       class(step_solver_type), intent(inout) :: self
@@ -45,9 +46,9 @@ module qsmpm_step_solver
       type(step_type), intent(inout) :: step
       type(controls_type), intent(in) :: controls
       type(attempt_type), intent(in) :: attempt
-      !> How it went; `converged` says whether the step was taken.
+      !> Result; `converged` is true if the step was accepted.
       type(solution_type), intent(out) :: solution
-      !> Failures no smaller step can mend.
+      !> Failures that a smaller step cannot resolve.
       type(error_type), allocatable, intent(out) :: error
     end subroutine solve_interface
   end interface

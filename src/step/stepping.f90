@@ -1,7 +1,7 @@
 !> One load step by the rules of qsmpm_step_control: static solve, damped sub-steps, re-equilibrations. A step that is
-!> not accepted leaves the state as it was before. Who solves is passed in, so that a test scripts the outcomes.
+!> not accepted leaves the state as it was before. The solver is an argument, so that a test can script the outcomes.
 !>
-!> Constant-load test: is it really equilibrium? The load is kept, the mesh reset and the step solved again a
+!> The constant-load test verifies equilibrium: the load is held constant, the mesh reset and the step solved again a
 !> number of times; the growth of the first history is reported and the state restored.
 module qsmpm_stepping
   use qsmpm_kinds, only: wp, long
@@ -31,12 +31,12 @@ module qsmpm_stepping
 
   public :: take_step, is_reported, is_stopped, error_stopped, test_constant_load
 
-  !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
+  !> Code of the error that ends a run on request (signal): the state is complete and the run can be continued.
   integer, parameter :: error_stopped = 128
 
 contains
 
-  !> Try to reach a load fraction of the phase.
+  !> Attempts to reach a load fraction of the phase.
   subroutine take_step(model, step, solver, phase, fraction, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -46,7 +46,7 @@ contains
     class(observer_type), intent(inout) :: observer
     type(step_record_type), intent(inout) :: record
     type(outcome_type), intent(out) :: outcome
-    !> What ends the run; the state is then that before the step, too.
+    !> Error that ends the run; the state is then that before the step, too.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
     integer(long) :: failed(1)
@@ -68,7 +68,7 @@ contains
     end if
   end subroutine take_step
 
-  !> Static solve, sub-steps where it is rejected, re-equilibrations of what is accepted.
+  !> Performs a static solve, sub-steps where it is rejected, and re-equilibrations after it is accepted.
   subroutine find_equilibrium(model, step, solver, controls, fraction, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -80,7 +80,7 @@ contains
     type(outcome_type), intent(inout) :: outcome
     type(error_type), allocatable, intent(out) :: error
 
-    ! A search is damped at a lost factor alone.
+    ! A safety search is damped only at a factor without equilibrium.
     if (is_searching(model) .and. is_dampable(model, controls) .and. model%state%progress%bracket%from_stable) then
       call reject('there is no force to damp', outcome)
     else
@@ -99,7 +99,7 @@ contains
     call equilibrate_again(model, step, solver, controls, observer, record, outcome, error)
   end subroutine find_equilibrium
 
-  !> Whether the log has a reason already at the last try of this step.
+  !> Returns whether the log already contains this reason for the last attempt at this step.
   pure logical function is_reported(step, reason)
     type(step_type), intent(in) :: step
     character(len=*), intent(in) :: reason
@@ -108,7 +108,7 @@ contains
     if (allocated(step%reported_reason)) is_reported = step%reported_reason == reason
   end function is_reported
 
-  !> One solve, what it adds to the record of the step, and whether the step may go on from it.
+  !> Performs one solve, adds it to the record of the step, and determines whether the step may continue from it.
   subroutine solve(model, step, solver, controls, attempt, record, outcome, solution, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -138,7 +138,7 @@ contains
       solution%converged, record%iterations, record%compliance, model%state%progress%limit, outcome)
   end subroutine solve
 
-  !> The static solve.
+  !> Performs the static solve.
   subroutine take_static_step(model, step, solver, controls, fraction, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -164,7 +164,7 @@ contains
       lacks_support(outcome%cause, model%state%progress%step)
   end subroutine take_static_step
 
-  !> Damped sub-steps at a load until it is carried without damping.
+  !> Performs damped sub-steps at a load until equilibrium is reached without damping.
   subroutine take_substeps(model, step, solver, controls, fraction, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -210,7 +210,7 @@ contains
       call reject('the load is not carried without damping after all damped sub-steps', outcome)
   end subroutine take_substeps
 
-  !> Solve again at constant load, the mesh reset, while the stabilisation carries much.
+  !> Solves again at constant load, with the mesh reset, while the share of the stabilisation is large.
   subroutine equilibrate_again(model, step, solver, controls, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -225,7 +225,7 @@ contains
     integer :: fadings
 
     load = model%state%progress%fraction
-    ! Strength that is not lowered moves nothing in the step.
+    ! Without a reduction of the strength the step moves nothing.
     held = merge(record%largest_move, huge(held), model%state%progress%strength_factor > 1.0_wp)
     fadings = 0
     do while (must_equilibrate(controls, record%shares, record%reequilibrations))
@@ -251,11 +251,11 @@ contains
     end do
     call judge_stabilisation(controls, record%shares, record%share_place(:model%mesh%dimension), is_searching(model), &
       outcome)
-    ! A search tells it with the factor.
+    ! A safety search reports it with the factor.
     if (.not. (outcome%accepted .or. is_searching(model))) call observer%note(outcome%reason)
   end subroutine equilibrate_again
 
-  !> Whether the run is to stop.
+  !> Returns whether the run is to stop.
   logical function is_stopped(team, observer, error)
     type(team_type), intent(in) :: team
     class(observer_type), intent(inout) :: observer
@@ -265,7 +265,7 @@ contains
     if (is_stopped) call fail(error, error_stopped, 'stopped on request')
   end function is_stopped
 
-  !> Do the tests that are due at the present load factor.
+  !> Performs the tests that are due at the present load factor.
   subroutine test_constant_load(model, step, solver, phase, observer, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -282,7 +282,7 @@ contains
     call hold(model, step, solver, phase, observer, error)
   end subroutine test_constant_load
 
-  !> Solve again at constant load and report.
+  !> Solves again at constant load and reports the result.
   subroutine hold(model, step, solver, phase, observer, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step

@@ -1,8 +1,7 @@
-!> Basis functions at places that ride on the mesh without owning a cell: surface points, tracers.
+!> Basis functions at places that move with the mesh without activating a cell: surface points, tracers.
 !>
-!> Such a place may sit in a cell whose functions take no part; there the polynomial of the cell of
-!> the nearest material point is extended to it, so that it moves with the body and never with the
-!> empty grid.
+!> Such a place may be in a cell whose functions are not active; there the polynomial of the cell of the nearest
+!> material point is extrapolated to it, so that it moves with the body and not with the empty grid.
 module qsmpm_carried_basis
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
@@ -17,17 +16,17 @@ module qsmpm_carried_basis
 
 contains
 
-  !> The functions that carry a place.
+  !> Evaluates the functions at a place.
   subroutine basis_at(mesh, space, activation, points, carried, i, place)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
-    !> What rides on the mesh.
+    !> Points that move with the mesh.
     class(carried_type), intent(in) :: carried
-    !> Which of the carried places.
+    !> Number of the point.
     integer, intent(in) :: i
-    !> The functions there.
+    !> Functions at its place.
     type(shape_values_type), intent(inout) :: place
     real(wp) :: local(mesh%dimension)
     logical :: ok

@@ -1,4 +1,4 @@
-!> Surface points of a model: the surfaces of the deck on the mesh and on the bounds of bodies.
+!> Surface points of a model: the surfaces of the deck on the mesh and on the boundaries of bodies.
 module qsmpm_model_surfaces
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -26,15 +26,16 @@ module qsmpm_model_surfaces
 
   public :: make_surfaces, choose_carrying_points, surface_degree, outline_box
 
-  !> Normals of a plane differ less than this.
+  !> Largest difference of the normals of a plane surface.
   real(wp), parameter :: plane_tolerance = 1.0e-6_wp
 
 contains
 
-  !> Surface points of all surfaces, and the points that carry tractions in the paper's way.
+  !> Creates the surface points of all surfaces, and selects the material points that carry tractions in the method of
+  !> the paper.
   subroutine make_surfaces(model, table, diagnostics)
     type(model_type), intent(inout) :: model
-    !> What of the bodies the cells hold.
+    !> Parts of the cells in the bodies.
     type(seed_table_type), intent(in) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     type(seed_list_type) :: list
@@ -68,13 +69,13 @@ contains
     call check_planes(model, diagnostics)
   end subroutine make_surfaces
 
-  !> Refuse segments with a body to their right and none to their left: what is pressed would be pulled. Bodies
-  !> without an outline of their own are not looked at.
+  !> Rejects segments with a body to their right and none to their left, where a pressure would act as tension. Bodies
+  !> without a separate outline are not checked.
   subroutine check_sides(model, surface, diagnostics)
     type(model_type), intent(in) :: model
     type(surface_type), intent(in) :: surface
     type(diagnostics_type), intent(inout) :: diagnostics
-    !> How far to look, as a share of the length.
+    !> Distance from the segment that is checked, relative to its length.
     real(wp), parameter :: aside = 1.0e-3_wp
     type(body_shape_type) :: shape
     real(wp) :: middle(2), left(2)
@@ -99,14 +100,14 @@ contains
     end do
   end subroutine check_sides
 
-  !> Points of one surface.
+  !> Creates the points of one surface.
   subroutine seed_surface(model, table, surface, number, occupied, list)
-    !> The model; gets notes.
+    !> The model, to which notes are added.
     type(model_type), intent(inout) :: model
     type(seed_table_type), intent(in) :: table
     type(surface_type), intent(in) :: surface
     integer, intent(in) :: number
-    !> Cells that hold material (cell_count).
+    !> Cells that contain material (cell_count).
     logical, intent(in) :: occupied(:)
     type(seed_list_type), intent(inout) :: list
     integer, allocatable :: faces(:, :)
@@ -138,7 +139,7 @@ contains
     end select
   end subroutine seed_surface
 
-  !> A surface that slides on its plane must be plane.
+  !> Checks that a surface that slides on its plane is plane.
   subroutine check_planes(model, diagnostics)
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -160,14 +161,15 @@ contains
     end do
   end subroutine check_planes
 
-  !> Degree of the functions along a line or plane through a cell: elements have at most 4.
+  !> Returns the degree of the functions along a line or plane through a cell: for elements at most 4.
   pure integer function surface_degree(model) result(degree)
     type(model_type), intent(in) :: model
 
     degree = max(4, model%mesh%dimension*grid_degree(model%analysis%method%basis))
   end function surface_degree
 
-  !> Corners of the box that bounds a surface on an outline (3,2), wider than drawn; of one without the mesh and more.
+  !> Returns the corners of the box that bounds a surface on an outline (3,2), with a margin; for a surface without a
+  !> box a box larger than the mesh.
   pure function outline_box(model, surface) result(box)
     type(model_type), intent(in) :: model
     type(surface_type), intent(in) :: surface
@@ -184,7 +186,8 @@ contains
     box(:, 2) = surface%box(:, 2) + set_tolerance(model%mesh)
   end function outline_box
 
-  !> The paper's way (section 3.1): each piece of surface hands its area to the nearest material point.
+  !> Selects the material points that carry tractions in the method of the paper (section 3.1): each piece of surface
+  !> assigns its area to the nearest material point.
   subroutine choose_carrying_points(model)
     type(model_type), intent(inout) :: model
     type(point_bins_type) :: bins
@@ -195,7 +198,7 @@ contains
     allocate (model%carrying_area(model%state%surface%count))
     model%carrying_surface = model%state%surface%surface
     model%carrying_area = model%state%surface%area
-    ! Of a model that is divided as it is built the points are those of the whole, by their numbers.
+    ! In a model that is divided when it is created the points are those of the whole model, identified by their labels.
     if (is_divided(model%part)) then
       model%carrying_point = int(nearest_numbers(model, model%state%surface%position))
       return

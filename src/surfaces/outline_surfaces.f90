@@ -1,6 +1,6 @@
-!> Points of loaded surfaces on the outlines of bodies as they are now, cut by the cells: laid anew in every attempt at
-!> a step where bodies are integrated inside of their outlines (qsmpm_outlines). Each process of a team lays those near
-!> it, with the numbers that they have in one process.
+!> Points of loaded surfaces on the present outlines of bodies, cut by the cells: they are generated again in every
+!> attempt at a step where bodies are integrated inside their outlines (qsmpm_outlines). Each process of a team
+!> generates those near its part, with the numbers that they have in a run on a single process.
 module qsmpm_outline_surfaces
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: has_stages
@@ -29,26 +29,27 @@ module qsmpm_outline_surfaces
 
   public :: lay_surfaces, seed_outlines, is_laid_anew
 
-  !> Share of the size of a cell within which an edge touches it: more than seeding takes for touching.
+  !> Share of the size of a cell within which an edge touches it: larger than that used when points are seeded.
   real(wp), parameter :: touching = 0.02_wp
 
   type :: laid_type
     type(seed_list_type) :: list
-    !> Outline, part of it and the cell in which a seed was found, in the order that tells theirs (3, seeds).
+    !> Outline, its part and the cell in which a seed was found, in the order in which seeds are generated (3, seeds).
     integer, allocatable :: key(:, :)
-    !> Surface, body, and area over that at the start (seeds).
+    !> Surface, body, and ratio of the area to the initial one (seeds).
     integer, allocatable :: surface(:), body(:)
     real(wp), allocatable :: stretch(:)
   end type laid_type
 
 contains
 
-  !> Lay the points of loaded surfaces on the outlines as they are now, cut by the cells; all processes of a team at
-  !> once.
+  !> Generates the points of loaded surfaces on the present outlines, cut by the cells; called by all processes of a
+  !> team.
   subroutine lay_surfaces(model, bodies, error)
     type(model_type), intent(inout) :: model
     type(body_quadrature_type), intent(in) :: bodies
-    !> error_other: a process has not found what the owner of a cell has, or it has surface points that nothing moves.
+    !> error_other: a process has not found a point that the owner of a cell has, or has surface points that nothing
+    !> moves.
     type(error_type), allocatable, intent(out) :: error
     type(laid_type) :: laid
     integer, allocatable :: all_keys(:, :), chosen(:)
@@ -78,7 +79,7 @@ contains
     call mark_own_surface(model)
   end subroutine lay_surfaces
 
-  !> Which surfaces may be laid anew (surfaces of the deck).
+  !> Returns which surfaces may be generated again (surfaces of the deck).
   pure function is_laid_anew(model) result(is_so)
     type(model_type), intent(in) :: model
     logical :: is_so(size(model%analysis%surfaces))
@@ -90,7 +91,7 @@ contains
     end do
   end function is_laid_anew
 
-  !> Seeds on the loaded parts of the outlines that are carried.
+  !> Finds the seeds on the loaded parts of the moving outlines.
   subroutine find_seeds(model, bodies, laid)
     type(model_type), intent(in) :: model
     type(body_quadrature_type), intent(in) :: bodies
@@ -111,7 +112,7 @@ contains
           laid%surface = [laid%surface, outline%surface(part)]
           laid%body = [laid%body, spread(merge(outline%body, 0, has_stages(model%analysis)), 1, size(part))]
           laid%stretch = [laid%stretch, now(outline%part(part))/outline%size(outline%part(part))]
-          ! Edges are looked at one by one, facets cell by cell.
+          ! Edges are processed one by one, facets cell by cell.
           if (model%mesh%dimension == 2) then
             laid%key = reshape([laid%key, [(k, part(i), cell(i), i=1, size(part))]], [3, list%count])
           else
@@ -123,7 +124,7 @@ contains
     if (.not. allocated(laid%list%cell)) allocate (laid%list%cell(0))
   end subroutine find_seeds
 
-  !> Surface of the deck that a key of a seed is of.
+  !> Returns the surface of the deck to which the key of a seed belongs.
   pure integer function surface_of(model, key)
     type(model_type), intent(in) :: model
     !> (3)
@@ -132,7 +133,7 @@ contains
     surface_of = model%outlines(key(1))%surface(key(merge(2, 3, model%mesh%dimension == 2)))
   end function surface_of
 
-  !> Vertices of an outline as they are now.
+  !> Returns the present vertices of an outline.
   pure function vertices_of(model, outline) result(vertices)
     type(model_type), intent(in) :: model
     type(carried_outline_type), intent(in) :: outline
@@ -141,7 +142,7 @@ contains
     vertices = model%state%tracers%position(:, outline%before + 1:outline%before + outline%count)
   end function vertices_of
 
-  !> Seeds on all of the outlines.
+  !> Finds the seeds on all outlines.
   subroutine seed_outlines(model, bodies, list)
     type(model_type), intent(in) :: model
     type(body_quadrature_type), intent(in) :: bodies
@@ -156,7 +157,7 @@ contains
     end do
   end subroutine seed_outlines
 
-  !> Seeds on parts of an outline; their `body` is the place in the list of parts.
+  !> Finds the seeds on parts of an outline; their `body` is the index in the list of parts.
   subroutine seed_parts(model, bodies, outline, parts, list)
     type(model_type), intent(in) :: model
     type(body_quadrature_type), intent(in) :: bodies
@@ -191,7 +192,7 @@ contains
     end do
   end subroutine seed_parts
 
-  !> Boxes around the cells of a plane mesh with what touches them: seeding looks at no other cell.
+  !> Finds boxes around the cells of a plane mesh and whatever touches them: a seed is searched in no other cell.
   pure subroutine find_boxes(mesh, boxes)
     type(mesh_type), intent(in) :: mesh
     !> x and y of the lower corner, then of the upper one (4, cell_count).
@@ -210,14 +211,14 @@ contains
     end do
   end subroutine find_boxes
 
-  !> Put seeds in the place of the points of their surfaces.
+  !> Replaces the points of surfaces by seeds.
   subroutine replace_points(model, laid, chosen, number, replaced)
     type(model_type), intent(inout) :: model
     type(laid_type), intent(in) :: laid
-    !> Which of the seeds, and their numbers.
+    !> Selected seeds, and their numbers.
     integer, intent(in) :: chosen(:)
     integer(long), intent(in) :: number(:)
-    !> Whose points go (surfaces of the deck).
+    !> Surfaces whose points are replaced (surfaces of the deck).
     logical, intent(in) :: replaced(:)
     type(surface_points_type) :: new
     integer :: i

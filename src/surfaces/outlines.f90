@@ -1,14 +1,14 @@
-!> Bodies whose outline is carried with the material: those that the grid cuts, and plane ones of quadratic elements
-!> that it comes to cut: by points alone the bore of a thick tube that grows by 0.29 of its radius is 14 % too small.
-!> Where cells are integrated it serves for that in bodies whose materials cannot yield: a body that flows folds and
-!> parts, which an outline does not follow, and the states that integration points take from the nearest material point
-!> cost a softening slope more than its outline gains. Elsewhere the outline only tells how far the integration is off
-!> (qsmpm_cut_cell_check); bodies that touch such a one have theirs there too.
+!> Bodies whose outline moves with the material: those cut by the grid, and plane bodies of quadratic elements that the
+!> grid may cut later: with points only, the bore of a thick tube that grows by 0.29 of its radius is 14 % too small.
+!> Where cells are integrated the outline is used for the integration in bodies whose materials cannot yield: a yielding
+!> body folds and separates, which an outline does not follow, and the states that integration points take from the
+!> nearest material point cost a softening slope more accuracy than the outline gains. Elsewhere the outline only
+!> measures the integration error (qsmpm_cut_cell_check); bodies that touch such a body also have an outline there.
 !>
-!> The vertices of an outline are tracers. At the start of every step one that serves says which part of each cell its
-!> body holds, and the loads on it are laid on it anew (qsmpm_outline_surfaces), so that a uniform stress stays
-!> in equilibrium with its traction however far the body has moved or deformed. A body that reaches beyond the grid is
-!> taken as its part on it (`trim_outline`). docs/methods/bodies.md.
+!> The vertices of an outline are tracers. At the start of every step an outline used for integration defines which part
+!> of each cell its body fills, and the loads on it are generated again (qsmpm_outline_surfaces), so that a uniform
+!> stress remains in equilibrium with its traction for any motion or deformation of the body. A body that extends beyond
+!> the grid is replaced by its part on the grid (`trim_outline`). docs/methods/bodies.md.
 module qsmpm_outlines
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
@@ -43,29 +43,30 @@ module qsmpm_outlines
 
   public :: carry_outlines, find_bodies, flows, measures, trim_outline, is_trimmed
 
-  !> Share of a cell that a body must leave free, or hold, to cut it.
+  !> Share of a cell that must be outside a body, and inside it, for the cell to be cut.
   real(wp), parameter :: cut = 1.0e-6_wp
-  !> Greatest length of an edge over the size of a cell, in the plane and in space, where there are many more.
+  !> Largest length of an edge relative to the size of a cell, in the plane and in space, where edges are more numerous.
   real(wp), parameter :: longest(2:3) = [0.5_wp, 1.0_wp]
-  !> An outline whose volume differs by more than this from that of the points does not bound them any more.
+  !> Relative difference between the volume of an outline and that of the points above which it does not enclose them
+  !> any more.
   real(wp), parameter :: lost = 0.1_wp
-  !> Parts of an outline make up a surface when their area is that of its points to this share.
+  !> Relative difference up to which the area of parts of an outline is equal to that of the points of a surface.
   real(wp), parameter :: same_area = 1.0e-6_wp
   !> Share of the size of a cell within which bodies touch.
   real(wp), parameter :: touching = 0.02_wp
-  !> No division nearer to another one than so many tolerances of sets.
+  !> Smallest distance of two divisions, in tolerances of sets.
   real(wp), parameter :: apart = 4.0_wp
 
-  !> A body that reaches no farther beyond the grid than this share of its size ends with it.
+  !> Extent beyond the grid, relative to the size of a body, up to which the body ends with the grid.
   real(wp), parameter :: same_place = 1.0e-8_wp
 
 contains
 
-  !> Choose the bodies, and make the vertices of their outlines tracers.
+  !> Selects the bodies, and creates the vertices of their outlines as tracers.
   subroutine carry_outlines(model, table)
     !> The model with its points, surfaces and tracers.
     type(model_type), intent(inout) :: model
-    !> What of the bodies the cells hold.
+    !> Parts of the cells in the bodies.
     type(seed_table_type), intent(in) :: table
     real(wp) :: volumes(model%mesh%cell_count)
     integer :: b, before
@@ -80,8 +81,7 @@ contains
         carried = integrates_inside(model, b)
       if (carried) call carry_outline(model, b, longest(model%mesh%dimension)*model%cell_size)
     end do
-    ! Where one of two bodies that touch has an outline and the other none, what lies between them would count as if
-    ! nothing was beyond it.
+    ! If only one of two touching bodies had an outline, the interface between them would be treated as a free boundary.
     added = .true.
     do while (added)
       added = .false.
@@ -94,11 +94,11 @@ contains
     end do
   end subroutine carry_outlines
 
-  !> Carry the outline of a body, unless it has none or a vertex lies outside of the mesh.
+  !> Creates the outline of a body, unless it has none or a vertex is outside the mesh.
   subroutine carry_outline(model, body, length)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: body
-    !> Greatest length of an edge.
+    !> Largest length of an edge.
     real(wp), intent(in) :: length
     type(carried_outline_type) :: outline
     real(wp), allocatable :: vertices(:, :)
@@ -114,7 +114,7 @@ contains
     model%outlines = [model%outlines, outline]
   end subroutine carry_outline
 
-  !> Whether a body is integrated inside of its outline where it has one.
+  !> Returns whether a body is integrated inside its outline if it has one.
   logical function integrates_inside(model, body) result(inside)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -123,7 +123,8 @@ contains
     if (model%analysis%method%integration /= integrate_cells) inside = .false.
   end function integrates_inside
 
-  !> Whether a body without an outline touches, by its points, one with an outline that only tells how far it is off.
+  !> Returns whether the points of a body without an outline touch a body whose outline only measures the integration
+  !> error.
   logical function touches_outline(model, body, margin) result(touches)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -141,7 +142,7 @@ contains
       touches = touches .or. all(own(:, 1) <= other(:, 2) + margin .and. own(:, 2) >= other(:, 1) - margin)
     end do
   contains
-    !> Lower and upper corner of the boxes of the points of a body.
+    !> Returns the lower and upper corner of the boxes of the points of a body.
     function box_of(number) result(box)
       integer, intent(in) :: number
       real(wp) :: box(model%mesh%dimension, 2)
@@ -158,7 +159,7 @@ contains
     end function box_of
   end function touches_outline
 
-  !> Whether a material of a body can yield.
+  !> Returns whether a material of a body can yield.
   pure logical function flows(model, body)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -171,11 +172,12 @@ contains
     end do
   end function flows
 
-  !> Vertices and parts of the bounds of a body; no vertices where it has no bounds of its own in all directions.
+  !> Computes vertices and parts of the boundary of a body; no vertices where it has no separate boundary in all
+  !> directions.
   subroutine divide_bounds(model, body, length, vertices, outline)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
-    !> Greatest length of an edge.
+    !> Largest length of an edge.
     real(wp), intent(in) :: length
     !> (dimension, n)
     real(wp), allocatable, intent(out) :: vertices(:, :)
@@ -212,8 +214,8 @@ contains
     outline%size = measures(model, vertices, outline%corner)
   end subroutine divide_bounds
 
-  !> Whether a corner lies so far outside of the mesh that no tracer can be there; asked before edges are divided, as
-  !> there is no end to how many parts such an edge would have.
+  !> Returns whether a corner is so far outside the mesh that no tracer can be there; checked before edges are divided,
+  !> because the number of parts of such an edge is unbounded.
   pure logical function leaves(mesh, corners, margin)
     type(mesh_type), intent(in) :: mesh
     !> (dimension, n)
@@ -225,8 +227,8 @@ contains
       > maxval(mesh%coordinates(i, :)) + margin, i=1, size(corners, 1))])
   end function leaves
 
-  !> Whether a surface is one of loads on the outline of a body: supports hold the places where they began, contacts
-  !> keep their tractions with the points.
+  !> Returns whether a surface has only loads and is on the outline of a body: supports hold the places where they
+  !> began, and contact stores its tractions at the points.
   pure logical function is_of_body(model, surface, body)
     type(model_type), intent(in) :: model
     integer, intent(in) :: surface, body
@@ -242,7 +244,7 @@ contains
     end associate
   end function is_of_body
 
-  !> Add tracers, unless one lies outside of the mesh.
+  !> Adds tracers, unless one is outside the mesh.
   subroutine add_tracers(model, places, placed)
     type(model_type), intent(inout) :: model
     !> (dimension, n)
@@ -270,7 +272,7 @@ contains
     end associate
   end subroutine add_tracers
 
-  !> Parts of an outline that make up surfaces of the deck. A surface that ends amid facets keeps its points.
+  !> Finds the parts of an outline that form surfaces of the deck. A surface that ends inside facets retains its points.
   subroutine find_surfaces(model, vertices, outline)
     type(model_type), intent(in) :: model
     !> (dimension, n)
@@ -297,7 +299,7 @@ contains
     end do
   end subroutine find_surfaces
 
-  !> Lengths or areas of the parts of an outline, per radian in axisymmetry.
+  !> Returns the lengths or areas of the parts of an outline, per radian in axisymmetry.
   pure function measures(model, vertices, corner)
     type(model_type), intent(in) :: model
     !> (dimension, n)
@@ -314,12 +316,12 @@ contains
     end do
   end function measures
 
-  !> What the carried bodies hold of each cell, for the present place of their outlines.
+  !> Computes the part of each cell in the bodies with moving outlines, in their present position.
   subroutine find_bodies(model, volumes, integrates, bodies)
     type(model_type), intent(in) :: model
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)
-    !> Those that are integrated inside of their outlines, or the others.
+    !> Select bodies that are integrated inside their outlines, or the others.
     logical, intent(in) :: integrates
     type(body_quadrature_type), intent(out) :: bodies
     type(body_shape_type) :: shape
@@ -353,11 +355,11 @@ contains
     call sort_seeds(list, volumes, carried, bodies)
   end subroutine find_bodies
 
-  !> Whether the volume inside of an outline is still that of the points of its body.
+  !> Returns whether the volume inside an outline is still equal to that of the points of its body.
   logical function bounds_points(model, body, held, cell)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
-    !> Volumes of the parts of cells, and these cells (parts).
+    !> Volumes of the parts of cells, and their cells (parts).
     real(wp), intent(in) :: held(:)
     integer, intent(in) :: cell(:)
     real(wp) :: volume, inside
@@ -369,9 +371,10 @@ contains
     bounds_points = inside > 0.0_wp .and. abs(inside - volume) <= lost*volume
   end function bounds_points
 
-  !> Leave of an outline in the x-y plane what lies on the grid; one that comes to several parts stays as it is.
+  !> Reduces an outline in the x-y plane to its part on the grid; one that would separate into several parts is not
+  !> changed.
   pure subroutine trim_outline(bounds, shape)
-    !> Of the grid (dimension, 2).
+    !> Bounds of the grid (dimension, 2).
     real(wp), intent(in) :: bounds(:, :)
     type(body_shape_type), intent(inout) :: shape
     type(polygon_list_type) :: whole, parts
@@ -385,7 +388,7 @@ contains
     call begin_list(shape%outline, whole)
     call pieces_in_convex(whole, corners, parts)
     if (parts%count /= 1) return
-    ! A corner on an end of the grid is there twice.
+    ! A corner on an end of the grid occurs twice.
     associate (polygon => parts%vertices(:, :parts%first(2) - 1))
       associate (gaps => norm2(polygon - cshift(polygon, -1, dim=2), dim=1))
         shape%outline = polygon(:, pack([(i, i=1, size(gaps))], gaps > same_place*maxval(bounds(:, 2) - bounds(:, 1))))
@@ -393,12 +396,12 @@ contains
     end associate
   end subroutine trim_outline
 
-  !> Whether a part of a trimmed outline is an end of the grid and none of the body.
+  !> Returns whether a part of a trimmed outline is on an end of the grid and not on the boundary of the body.
   pure logical function is_trimmed(bounds, shape, place)
     real(wp), intent(in) :: bounds(:, :)
-    !> As drawn.
+    !> The initial shape.
     type(body_shape_type), intent(in) :: shape
-    !> Middle of the part (dimension).
+    !> Centre of the part (dimension).
     real(wp), intent(in) :: place(:)
     logical :: beyond(2)
     integer :: a
@@ -412,7 +415,7 @@ contains
     end do
   end function is_trimmed
 
-  !> Whether an outline reaches beyond the lower and the upper end of the grid along an axis.
+  !> Returns whether an outline extends beyond the lower and the upper end of the grid along an axis.
   pure function reaches_beyond(bounds, outline, axis) result(beyond)
     real(wp), intent(in) :: bounds(:, :), outline(:, :)
     integer, intent(in) :: axis

@@ -1,10 +1,12 @@
-!> Surfaces that stretch: the points of a surface that may touch a rigid body are split where they stand for much of a
-!> cell, and joined where they stand for little of it, so that a patch of a cell keeps some.
+!> Refinement of surfaces that stretch: the points of a surface that may be in contact with a rigid body are split where
+!> they represent a large part of a cell, and merged where they represent a small part, so that the patch of a cell
+!> retains several points.
 !>
-!> A point of length L (of the present area vector) becomes two at x -+ L t/4, t along the surface, where L is more than
-!> a third of a cell and than it was as drawn; two neighbours become one where one is shorter than a twelfth of a cell
-!> and than it was. Sums of area vectors, of pressure, shear and slip times area, and of reactions stay as they are. In
-!> the plane and in axisymmetry; surfaces that carry loads or supports keep their points, as do those in space.
+!> A point of length L (of the present area vector) is replaced by two at x -+ L t/4, t along the surface, where L is
+!> more than a third of a cell and more than initially; two neighbours are merged where one is shorter than a twelfth of
+!> a cell and than initially. Sums of area vectors, of pressure, shear and slip times area, and of reactions do not
+!> change. This applies in the plane and in axisymmetry; surfaces with loads or supports retain their points, as do
+!> surfaces in space.
 module qsmpm_surface_refinement
   use qsmpm_kinds, only: wp, int_long => long
   use qsmpm_analysis, only: axisymmetric
@@ -19,16 +21,17 @@ module qsmpm_surface_refinement
 
   public :: refine_surfaces, needs_refining
 
-  !> Lengths over the size of a cell above which a point is split, and below which it is joined to another.
+  !> Lengths in cell sizes above which a point is split, and below which it is merged with another.
   real(wp), parameter :: longest = 1.0_wp/3.0_wp, shortest = 1.0_wp/12.0_wp
-  !> Stretch before which neither is done: points as drawn stay.
+  !> Stretch below which points are neither split nor merged: the initial points are retained.
   real(wp), parameter :: stretched = 1.2_wp
-  !> Distance of neighbours over the mean of their lengths, and cosine of the angle between them.
+  !> Largest distance of neighbours relative to the mean of their lengths, and smallest cosine of the angle between
+  !> them.
   real(wp), parameter :: apart = 1.5_wp, level = 0.9_wp
 
 contains
 
-  !> Split and join the points of all surfaces of contacts.
+  !> Splits and merges the points of all surfaces in contact pairs.
   subroutine refine_surfaces(model)
     type(model_type), intent(inout) :: model
 
@@ -38,7 +41,7 @@ contains
     call join_short(model, touches_only(model))
   end subroutine refine_surfaces
 
-  !> Whether an own point has become so long or short that it would be split or joined.
+  !> Returns whether an owned point has become so long or short that it would be split or merged.
   pure logical function needs_refining(model) result(needs)
     type(model_type), intent(in) :: model
     logical :: chosen(model%state%surface%count)
@@ -57,17 +60,17 @@ contains
     end do
   end function needs_refining
 
-  !> Whether a point has become too long.
+  !> Returns whether a point has become too long.
   pure logical function is_long(model, i, lengths)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
-    !> Present and as drawn.
+    !> Present and initial length.
     real(wp), intent(in) :: lengths(2)
 
     is_long = lengths(1) > max(longest*size_at(model, i), stretched*lengths(2))
   end function is_long
 
-  !> Whether a point has become too short.
+  !> Returns whether a point has become too short.
   pure logical function is_short(model, i, lengths)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
@@ -76,7 +79,8 @@ contains
     is_short = lengths(1) <= min(shortest*size_at(model, i), lengths(2)/stretched)
   end function is_short
 
-  !> Points of surfaces that rigid bodies may touch and that carry nothing else (surface points).
+  !> Returns the points of surfaces that may be in contact with rigid bodies and have no other function (surface
+  !> points).
   pure function touches_only(model) result(chosen)
     type(model_type), intent(in) :: model
     logical :: chosen(model%state%surface%count), surface(size(model%analysis%surfaces))
@@ -98,7 +102,7 @@ contains
     chosen = surface(model%state%surface%surface)
   end function touches_only
 
-  !> Length that a point stands for, and what it was as drawn.
+  !> Returns the length represented by a point, and its initial value.
   pure function lengths_of(model, i) result(lengths)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
@@ -111,7 +115,7 @@ contains
     end associate
   end function lengths_of
 
-  !> Size of the cell of a point.
+  !> Returns the size of the cell of a point.
   pure real(wp) function size_at(model, i)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
@@ -119,16 +123,16 @@ contains
     size_at = cell_size(model%mesh, model%state%surface%cell(i))
   end function size_at
 
-  !> Along the surface, the outward normal at the right hand.
+  !> Returns the unit tangent of the surface, with the outward normal to its right.
   pure function tangent_of(normal) result(tangent)
-    !> Of any length (2).
+    !> Vector of any length (2).
     real(wp), intent(in) :: normal(:)
     real(wp) :: tangent(2)
 
     tangent = [-normal(2), normal(1)]/norm2(normal)
   end function tangent_of
 
-  !> Split the points that have become long.
+  !> Splits the points that have become long.
   subroutine split_long(model, chosen)
     type(model_type), intent(inout) :: model
     logical, intent(in) :: chosen(:)
@@ -161,7 +165,7 @@ contains
       if (.not. long(i)) cycle
       lengths = lengths_of(model, i)
       drawn_step = 0.25_wp*lengths(2)*tangent_of(model%state%surface%normal(:, i))
-      ! In axisymmetry parts of a ring by their radii.
+      ! In axisymmetry the parts of a ring are in proportion to their radii.
       parts = 0.5_wp
       if (model%analysis%model == axisymmetric) parts(1) = place(1, 1, i)/sum(place(1, :, i))
       parts(2) = 1.0_wp - parts(1)
@@ -172,7 +176,7 @@ contains
         finer%local(:, n + k - 1) = local(:, k, i)
         call take_share(finer, n + k - 1, parts(k))
       end do
-      ! The first half keeps the number.
+      ! The first half retains the label.
       n = n + 1
       highest = highest + 1
       finer%number(n) = highest
@@ -180,7 +184,7 @@ contains
     model%state%surface = finer
   end subroutine split_long
 
-  !> A share of what a point carries in all.
+  !> Reduces the extensive quantities of a point to a share.
   pure subroutine take_share(surface, i, share)
     type(surface_points_type), intent(inout) :: surface
     integer, intent(in) :: i
@@ -192,7 +196,7 @@ contains
     surface%released(:, i) = share*surface%released(:, i)
   end subroutine take_share
 
-  !> Join the points that have become short to their neighbours.
+  !> Merges the points that have become short with their neighbours.
   subroutine join_short(model, chosen)
     type(model_type), intent(inout) :: model
     logical, intent(in) :: chosen(:)
@@ -219,8 +223,8 @@ contains
     call keep_chosen(model%state%surface, pack([(i, i=1, size(gone))], .not. gone))
   end subroutine join_short
 
-  !> Neighbour of a point on its surface, the nearest there is; 0 where none is as near as two neighbours are, looks the
-  !> same way and leaves the two together short enough.
+  !> Returns the nearest neighbour of a point on its surface; 0 where no point is close enough, has the same direction,
+  !> and is short enough together with the point.
   pure integer function neighbour_of(model, i, gone, length) result(neighbour)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
@@ -247,7 +251,7 @@ contains
     end associate
   end function neighbour_of
 
-  !> Middle of two points by their areas.
+  !> Returns the centre of two points, weighted by their areas.
   pure function middle_of(surface, i, k) result(middle)
     type(surface_points_type), intent(in) :: surface
     integer, intent(in) :: i, k
@@ -258,7 +262,7 @@ contains
     middle = (first*surface%position(:, i) + second*surface%position(:, k))/(first + second)
   end function middle_of
 
-  !> Put what a point carries to that of another.
+  !> Adds the quantities of a point to those of another.
   pure subroutine unite(surface, i, k)
     type(surface_points_type), intent(inout) :: surface
     integer, intent(in) :: i, k

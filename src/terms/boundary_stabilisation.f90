@@ -1,18 +1,18 @@
 !> Stabilisation of boundary cells, acting on the displacement of the step in residual and tangent.
 !>
-!> A body ends somewhere inside a cell; the smaller the piece, the worse the equations. Two cures,
-!> both bounding the condition number for any cut (docs/methods/ghost.md):
+!> The boundary of a body cuts cells; the smaller the part of a cell in the body, the worse the condition of the
+!> equations. Two methods bound the condition number for any cut (docs/methods/ghost.md):
 !>   background   a soft material in each boundary cell,
 !>   ghost        a penalty on the jumps of derivatives over the faces of boundary cells
 !>                (`qsmpm_element_ghost`, `qsmpm_spline_ghost`).
-!> Either resists the step and is no load: its share is reported and a step is re-equilibrated until the
-!> share is below its bound.
+!> Both resist the displacement of the step without being a load: their share is reported, and a step is re-equilibrated
+!> until the share is below its bound.
 !>
 !> The background is eps E int_K (grad N_a - g_a) . (grad N_b - g_b) dV over each boundary cell K.
 !>
-!> g_a is the mean of grad N_a over the root of K: K itself when it is filled well, else the nearest such cell at its
-!> corners, else the fullest one. So a linear field passes free of charge, and a cell that holds next to nothing follows
-!> the linear field of a cell that is held by its material.
+!> g_a is the mean of grad N_a over the root of K: K itself where it is well filled, otherwise the nearest well filled
+!> cell at its corners, otherwise the fullest one. A linear field is therefore not resisted, and a nearly empty cell
+!> follows the linear field of a cell that is supported by its material.
 module qsmpm_boundary_stabilisation
   use qsmpm_kinds, only: wp
   use qsmpm_method_description, only: basis_fem, stabilise_none, stabilise_background, stabilise_ghost
@@ -53,7 +53,7 @@ module qsmpm_boundary_stabilisation
 
 contains
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_boundary_stabilisation(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -63,7 +63,7 @@ contains
     term%share_name = stabilisation_share
   end subroutine new_boundary_stabilisation
 
-  !> The chosen penalty on the boundary cells of this step; FEM has none.
+  !> Builds the chosen penalty on the boundary cells of this step; FEM has none.
   subroutine prepare(self, model, configuration)
     class(stabilisation_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -82,7 +82,8 @@ contains
       model%analysis%method%stabilisation_factor, stiffness, configuration%volumes, near, self%penalty)
   end subroutine prepare
 
-  !> Cells that see own nodes: what acts on none of them is left to others.
+  !> Marks the cells whose functions include owned nodes; penalties that act on none of these are left to other
+  !> processes.
   pure subroutine find_cells_near(model, activation, near)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
@@ -100,7 +101,7 @@ contains
     end do
   end subroutine find_cells_near
 
-  !> A penalty by its kind.
+  !> Builds a penalty of the given kind.
   subroutine build_penalty(mesh, space, activation, kind, factor, stiffness, volumes, near, penalty)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
@@ -111,7 +112,7 @@ contains
     real(wp), intent(in) :: factor
     !> Young's modulus in each active cell (known_count), volume of each cell (cell_count).
     real(wp), intent(in) :: stiffness(:), volumes(:)
-    !> Cells that it is wanted at (cell_count).
+    !> Cells at which the penalty is required (cell_count).
     logical, intent(in) :: near(:)
     type(penalty_matrices_type), intent(out) :: penalty
 
@@ -127,13 +128,13 @@ contains
     end select
   end subroutine build_penalty
 
-  !> Smallest Young's modulus in each active cell: of its points, else, where an outline has been carried into a cell
-  !> before a point of its body, of those that the parts of it take their states from. In a cell that a thin stiff body
-  !> shares with soil the larger one would resist what the soil does beside it.
+  !> Finds the smallest Young's modulus in each active cell: of its points or, where an outline has moved into a cell
+  !> before a point of its body, of the points from which its parts take their states. In a cell shared by a thin stiff
+  !> body and soil the larger modulus would resist the deformation of the soil.
   subroutine stiffness_of_cells(model, configuration, stiffness)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
-    !> (known_count); those of cells without a point or a part of a body here are left alone.
+    !> (known_count); unchanged for cells without a point or a part of a body.
     real(wp), intent(inout) :: stiffness(:)
     integer :: g, i
 
@@ -150,7 +151,7 @@ contains
     end associate
   end subroutine stiffness_of_cells
 
-  !> Smallest Young's modulus of some materials, 0 of none.
+  !> Returns the smallest Young's modulus of some materials, 0 if there are none.
   pure real(wp) function smallest_modulus(model, materials) result(modulus)
     type(model_type), intent(in) :: model
     integer, intent(in) :: materials(:)
@@ -164,7 +165,7 @@ contains
     end do
   end function smallest_modulus
 
-  !> The nodes of the penalty.
+  !> Appends the node lists of the penalty.
   subroutine couple(self, configuration, connectivity)
     class(stabilisation_type), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
@@ -173,7 +174,7 @@ contains
     call append_patches(connectivity, self%penalty%connectivity)
   end subroutine couple
 
-  !> Fade in a re-equilibration.
+  !> Applies the reduction factor of a re-equilibration.
   subroutine begin(self, increment)
     class(stabilisation_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
@@ -181,7 +182,7 @@ contains
     if (self%penalty%connectivity%count > 0) self%penalty%matrix = increment%stabilisation*self%penalty%matrix
   end subroutine begin
 
-  !> G u.
+  !> Adds G u.
   subroutine add_force(self, displacement, force)
     class(stabilisation_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -190,7 +191,7 @@ contains
     call add_penalty_force(self%penalty, displacement, force)
   end subroutine add_force
 
-  !> G, the same for every component.
+  !> Adds G, which is the same for every component.
   subroutine add_blocks(self, displacement, equations, matrix)
     class(stabilisation_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -203,7 +204,7 @@ contains
     end do
   end subroutine add_blocks
 
-  !> Its share of the forces of the cells: what the material does not carry.
+  !> Measures the share of the stabilisation in the forces of the cells, which the material does not support.
   subroutine measure(self, displacement, load_norm, connectivity, sizes, share)
     class(stabilisation_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -220,14 +221,14 @@ contains
       sizes%most, sizes%team, sizes%copies)
   end subroutine measure
 
-  !> Soft background in boundary cells.
+  !> Builds the soft background in boundary cells.
   subroutine build_background(mesh, space, activation, factor, stiffness, near, stabilisation)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     !> eps, and Young's modulus in each active cell (known_count).
     real(wp), intent(in) :: factor, stiffness(:)
-    !> Cells that are stabilised, and those whose roots are (cell_count).
+    !> Cells that are to be stabilised themselves or as roots of boundary cells (cell_count).
     logical, intent(in) :: near(:)
     !> The stabilisation terms.
     type(penalty_matrices_type), intent(inout) :: stabilisation
@@ -252,7 +253,7 @@ contains
 
   contains
 
-    !> The cell whose linear field a boundary cell follows.
+    !> Returns the cell whose linear field a boundary cell follows.
     pure integer function root_of(cell) result(root)
       !> Number of the boundary cell.
       integer, intent(in) :: cell
@@ -277,7 +278,7 @@ contains
       if (root == cell) root = fullest
     end function root_of
 
-    !> The term of one cell.
+    !> Adds the matrix of one cell.
     subroutine cell_matrix(cell, root, factor, nodes, matrix)
       !> The boundary cell and its root.
       integer, intent(in) :: cell, root
@@ -311,7 +312,7 @@ contains
       end do
     end subroutine cell_matrix
 
-    !> Rule that integrates products of gradients.
+    !> Returns a quadrature rule that integrates products of gradients.
     subroutine rule_of(cell, places, weights)
       !> Number of the cell.
       integer, intent(in) :: cell
@@ -325,11 +326,11 @@ contains
       end if
     end subroutine rule_of
 
-    !> The nodes of cells and of their roots, each once, as patches.
+    !> Collects the nodes of cells and of their roots, each once, as patches.
     pure subroutine patches_of_cells(cells, roots, connectivity)
-      !> Cells in rising order, and their roots.
+      !> Cells in ascending order, and their roots.
       integer, intent(in) :: cells(:), roots(:)
-      !> Node lists that couple.
+      !> Lists of coupled nodes.
       type(connectivity_type), intent(out) :: connectivity
       integer :: nodes(most_functions), k, n, last, a
 
@@ -352,7 +353,7 @@ contains
     end subroutine patches_of_cells
   end subroutine build_background
 
-  !> Add the gradients at a place, times a factor, to those of the nodes of a patch.
+  !> Adds the gradients at a place, multiplied by a factor, to those of the nodes of a patch.
   pure subroutine add_gradients(place, nodes, factor, gradients)
     !> The functions at the place.
     type(shape_values_type), intent(in) :: place

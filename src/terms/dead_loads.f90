@@ -1,6 +1,7 @@
-!> Dead loads (eq. 19): the weight of the material points, the force of the water in their pores and the tractions,
-!> each somewhere between its value at the start and at the end of the phase. The reactions of fixities and supports
-!> that a phase has freed are loads of that kind: they fall to zero over the phase, so that it starts from equilibrium.
+!> Dead loads (eq. 19): the weight of the material points, the force of the water in their pores and the tractions, each
+!> interpolated between its value at the start and at the end of the phase. The reactions of fixities and supports that
+!> a phase releases are treated as loads of this kind: they decrease to zero over the phase, so that it starts from
+!> equilibrium.
 module qsmpm_dead_loads
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: carrier_points, carrier_surface
@@ -22,7 +23,7 @@ module qsmpm_dead_loads
   public :: new_dead_loads
 
   type, extends(term_type) :: dead_loads_type
-    !> Nodal forces in force (dimension, nodes).
+    !> Applied nodal forces (dimension, nodes).
     real(wp), allocatable :: force(:, :)
   contains
     procedure :: prepare
@@ -33,7 +34,7 @@ module qsmpm_dead_loads
 
 contains
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_dead_loads(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -42,7 +43,7 @@ contains
     term%role = role_external
   end subroutine new_dead_loads
 
-  !> Nothing is in force yet.
+  !> Sets the loads to zero.
   subroutine prepare(self, model, configuration)
     class(dead_loads_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -52,7 +53,7 @@ contains
     allocate (self%force(model%mesh%dimension, model%space%node_count), source=0.0_wp)
   end subroutine prepare
 
-  !> The loads of a fraction of the phase.
+  !> Sets the loads at a fraction of the phase.
   subroutine set_load(self, model, configuration, fraction)
     class(dead_loads_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -67,7 +68,7 @@ contains
     call add_carried_tractions(model, configuration%activation, fraction, self%force)
   end subroutine set_load
 
-  !> They do not follow the displacement.
+  !> Adds the loads, which do not depend on the displacement.
   subroutine add_force(self, displacement, force)
     class(dead_loads_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -76,7 +77,7 @@ contains
     force = force + self%force
   end subroutine add_force
 
-  !> The points have moved, the load is that of the end of the step.
+  !> Recomputes the load at the end of the step, because the points have moved.
   subroutine commit(self, displacement, model)
     class(dead_loads_type), intent(inout) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -85,7 +86,7 @@ contains
     call update_pore_pressure(model)
   end subroutine commit
 
-  !> Share of the released forces that is still there.
+  !> Returns the share of the released reactions that still acts.
   pure real(wp) function still_held(model, fraction) result(share)
     type(model_type), intent(in) :: model
     !> Load fraction, 0 to 1.
@@ -94,7 +95,7 @@ contains
     share = max(1.0_wp - fraction, model%state%progress%release_left)
   end function still_held
 
-  !> Forces of the material points at the nodes.
+  !> Adds the forces of the material points to the nodes.
   subroutine add_weight(at_points, of_points, force)
     type(integration_type), intent(in) :: at_points
     !> (dimension, points)
@@ -115,7 +116,7 @@ contains
     end do
   end subroutine add_weight
 
-  !> Dead tractions and released supports on surface points.
+  !> Adds dead tractions and the reactions of released supports on surface points.
   subroutine add_surface_tractions(model, activation, fraction, force)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
@@ -142,8 +143,8 @@ contains
     end associate
   end subroutine add_surface_tractions
 
-  !> Tractions on the outermost material points, as the paper has it (section 3.1). A process of a team knows them by
-  !> their numbers, and loads its nodes by those that it has, copies among them.
+  !> Adds tractions on the outermost material points, as in the paper (section 3.1). A process of a team identifies the
+  !> points by their numbers and loads its nodes by the points that it stores, including copies.
   subroutine add_carried_tractions(model, activation, fraction, force)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
@@ -173,7 +174,7 @@ contains
     end do
   end subroutine add_carried_tractions
 
-  !> Share a force among the nodes that carry a place.
+  !> Distributes a force to the nodes whose functions are nonzero at a place.
   pure subroutine spread_force(place, vector, force)
     !> The functions at the place.
     type(shape_values_type), intent(in) :: place

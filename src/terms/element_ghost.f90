@@ -1,7 +1,7 @@
-!> Ghost penalty of element meshes:
+!> Ghost penalty of element meshes on the faces of boundary cells.
 !>   g E h_F int_F [d_n N_a][d_n N_b] dF  (+ g E h_F^3 [d_nn][d_nn] on quadratic elements)
 !> over the faces F of boundary cells between active cells, h_F = (|K1| + |K2|)/|F|, E that of the softer cell
-!> (qsmpm_spline_ghost). On quadratic elements neither term suffices alone.
+!> (qsmpm_spline_ghost). On quadratic elements neither term is sufficient alone.
 module qsmpm_element_ghost
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry, element_order, face_rule, face_area_vector, &
@@ -18,12 +18,12 @@ module qsmpm_element_ghost
 
 contains
 
-  !> Ghost penalty on the faces of boundary cells.
+  !> Builds the ghost penalty on the faces of boundary cells.
   subroutine build_element_ghost(mesh, activation, factor, stiffness, volumes, near, stabilisation)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
     real(wp), intent(in) :: factor, stiffness(:), volumes(:)
-    !> Faces of these cells are penalised (cell_count).
+    !> Cells whose faces are penalised (cell_count).
     logical, intent(in) :: near(:)
     !> The stabilisation terms.
     type(penalty_matrices_type), intent(inout) :: stabilisation
@@ -56,12 +56,12 @@ contains
     end do
   end subroutine build_element_ghost
 
-  !> The nodes of the two cells at a face, each once, as patches.
+  !> Collects the nodes of the two cells at a face, each once, as patches.
   pure subroutine patches_of_faces(mesh, faces, connectivity)
     type(mesh_type), intent(in) :: mesh
     !> Cell and local face, (2,n).
     integer, intent(in) :: faces(:)
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(out) :: connectivity
     integer :: k, c, d, j, place, nodes(40*size(faces))
 
@@ -86,10 +86,10 @@ contains
     connectivity%nodes = nodes(:place)
   end subroutine patches_of_faces
 
-  !> Penalty matrix of one face.
+  !> Computes the penalty matrix of one face.
   subroutine face_penalty(mesh, face, volumes, factor, nodes, matrix)
     type(mesh_type), intent(in) :: mesh
-    !> Cell, local face, cell beyond, its local face.
+    !> Cell, local face, neighbour cell, its local face.
     integer, intent(in) :: face(4)
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)
@@ -129,7 +129,7 @@ contains
     end do
   end subroutine face_penalty
 
-  !> Unit normal of a face, and its area per reference area.
+  !> Computes the unit normal of a face, and its area per reference area.
   subroutine normal_at(mesh, face, local, normal, size_of_face)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: face(4)
@@ -145,7 +145,7 @@ contains
     normal = normal/size_of_face
   end subroutine normal_at
 
-  !> Add one side's normal derivatives of first and (quadratic elements) second order to the jumps.
+  !> Adds the normal derivatives of one side, of first and (quadratic elements) second order, to the jumps.
   subroutine add_jumps(mesh, cell, local, normal, sign_of_side, nodes, first_jump, second_jump, x)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -154,7 +154,7 @@ contains
     !> Node numbers.
     integer, intent(in) :: nodes(:)
     real(wp), intent(inout) :: first_jump(:), second_jump(:)
-    !> Place in space.
+    !> Position in space.
     real(wp), intent(out) :: x(:)
     real(wp) :: functions(20), gradients(size(normal), 20), determinant, direction(size(normal))
     real(wp) :: corner(size(normal), 20), second(size(normal), size(normal), 20)
@@ -168,8 +168,8 @@ contains
       x = matmul(corner(:, :n), functions(:n))
       if (element_order(mesh%cell_kind(cell)) == 2) then
         call shape_second_gradients(mesh%cell_kind(cell), local, second(:, :, :n))
-        ! Derivative of the local coordinates along the normal (straight-edged cells): they are fields of the element
-        ! whose nodal values are the places of its nodes.
+        ! Derivative of the local coordinates along the normal (straight-edged cells): the local coordinates are fields
+        ! of the element whose nodal values are the local positions of its nodes.
         direction = matmul(local_nodes(mesh%cell_kind(cell)), matmul(normal, gradients(:, :n)))
       end if
       do a = 1, n

@@ -1,12 +1,12 @@
-!> Balance of the water in ground in which it flows in time, at the nodes that carry its pressure: what each node takes
-!> up in a step, what flows from it, what leaves by the faces there, and where the pressure of the bounds is held.
+!> Balance of the pore water in soil with transient flow, at the nodes of the pressure: water stored at each node in a
+!> step, flow from it, outflow through faces, and nodes where the boundary pressure is prescribed.
 !>
 !>   C_n+1 + dt' q(p_n+1) = C',     C = sum V (S dp + div du + n dS) M_a,     q = sum V K/gamma_w p,i M_a,i
 !>
-!> The first step of a phase is backward Euler's, dt' = dt, C' = 0. Those behind it take backward differences of second
-!> order in what nodes take up (Curtiss and Hirschfelder 1952; Hairer, Norsett and Wanner 1993, section III.5, for
-!> steps that grow by r): dt' = dt (1 + r)/(1 + 2 r), C' = C_n r^2/(1 + 2 r). C does not jump where a load does. The
-!> rows of faces whose layers know their time (qsmpm_face_leak) need no such.
+!> The first step of a phase is integrated by backward Euler, dt' = dt, C' = 0. The following ones use backward
+!> differences of second order of the stored water (Curtiss and Hirschfelder 1952; Hairer, Norsett and Wanner 1993,
+!> section III.5, for steps that grow by r): dt' = dt (1 + r)/(1 + 2 r), C' = C_n r^2/(1 + 2 r). C is continuous where a
+!> load jumps. The rows of faces whose layers have their own time integration (qsmpm_face_leak) do not need it.
 module qsmpm_flow_balance
   use qsmpm_kinds, only: wp
   use qsmpm_face_leak, only: face_layers_type
@@ -19,23 +19,24 @@ module qsmpm_flow_balance
   public :: flow_balance_type
 
   type :: flow_balance_type
-    !> Weight of water, compressibility of water and grains; time of the step, and that which flow counts in it, dt'.
+    !> Unit weight of water, compressibility of water and grains; duration of the step, and effective duration for the
+    !> flow, dt'.
     real(wp) :: unit_weight = 1.0_wp, storage = 0.0_wp, duration = 0.0_wp, flow_time = 0.0_wp
     integer :: dimension = 2, axis = 2
-    !> The pressure is all that there is, under a free surface; sense of upwards, gravity as it stands.
+    !> The unknown is the total pressure, under a free surface; sign of the upward direction, gravity at present.
     logical :: total = .false.
     real(wp) :: up = 1.0_wp, gravity(3) = 0.0_wp
-    !> Gradient of the pressure of water at rest, upwards.
+    !> Gradient of the hydrostatic pressure, upwards.
     real(wp) :: heavy(3) = 0.0_wp
-    !> Columns of the pressures of the nodes; pressure at the start of the step; what a node takes up of the step
-    !> before, C' (nodes).
+    !> Columns of the nodal pressures; pressure at the start of the step; contribution of the water stored in the
+    !> previous step, C' (nodes).
     integer, allocatable :: column(:)
     real(wp), allocatable :: kept(:), carried(:)
     type(water_bounds_type) :: bounds
-    !> Faces by which water leaves from within a cell, and whether their nodes are such (nodes).
+    !> Faces with outflow from within a cell, and whether a node belongs to them (nodes).
     type(face_layers_type) :: layers
     logical, allocatable :: leaks(:)
-    !> Points that water flows through, and of those of each cell the first, one more behind the last (cells + 1).
+    !> Points with water flow, and the first one of each cell, with one entry after the last (cells + 1).
     type(flow_point_type), allocatable :: points(:)
     integer, allocatable :: first(:)
   contains
@@ -57,14 +58,14 @@ module qsmpm_flow_balance
 
 contains
 
-  !> Time of the step, and what nodes have taken up in the step before that has lasted so long; nothing where it is the
-  !> first one of a phase.
+  !> Sets the duration of the step, and the water stored in the previous step of duration `before`; 0 in the first step
+  !> of a phase.
   subroutine set_time(self, duration, before, taken_up)
     class(flow_balance_type), intent(inout) :: self
     real(wp), intent(in) :: duration, before
     !> (nodes)
     real(wp), intent(in) :: taken_up(:)
-    !> Steps that grow by more have backward Euler: backward differences of second order are not stable beyond.
+    !> Growth above which backward Euler is used: backward differences of second order are not stable beyond.
     real(wp), parameter :: most_growth = 1.0_wp + sqrt(2.0_wp)
     real(wp) :: growth
 
@@ -78,7 +79,7 @@ contains
     where (self%leaks) self%carried = 0.0_wp
   end subroutine set_time
 
-  !> What the unknowns make of a point.
+  !> Computes the state of a point from the unknowns.
   pure subroutine values_at(self, point, table, here)
     class(flow_balance_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
@@ -103,7 +104,7 @@ contains
     end associate
   end subroutine values_at
 
-  !> Change of volume by the displacement of a node.
+  !> Returns the derivative of the volumetric strain with respect to the displacement of a node.
   pure function volume_of(self, point, a) result(volume)
     class(flow_balance_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
@@ -114,7 +115,7 @@ contains
     volume(1) = volume(1) + point%hoop*point%place%shape(a)
   end function volume_of
 
-  !> Weight that a point has more where its pores are full.
+  !> Returns the additional weight of a point whose pores are full.
   pure function weight_of(self, point) result(weight)
     class(flow_balance_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
@@ -124,7 +125,7 @@ contains
     weight(self%axis) = weight(self%axis) - self%up*point%gained
   end function weight_of
 
-  !> Permeability over the weight of water, in the time of the step.
+  !> Returns the permeability over the unit weight of water, times the effective duration.
   pure function conductance(self, point, here)
     class(flow_balance_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
@@ -134,7 +135,7 @@ contains
     conductance = self%flow_time*here%let*here%factor*point%permeability/self%unit_weight
   end function conductance
 
-  !> What a corner takes up at a point.
+  !> Returns the water stored at a corner from a point.
   pure real(wp) function taken_up(self, point, here, a)
     class(flow_balance_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
@@ -145,7 +146,8 @@ contains
       + point%pores*(here%water(a) - point%filled(a)))
   end function taken_up
 
-  !> What flows out of the nodes whatever their pressures are: of the step before, and rain taken off (nodes).
+  !> Returns the flow out of the nodes that does not depend on their pressures: of the previous step, and rain, which is
+  !> negative (nodes).
   pure function standing_flow(self) result(flow)
     class(flow_balance_type), intent(in) :: self
     real(wp) :: flow(size(self%kept))
@@ -154,7 +156,7 @@ contains
     if (self%total) flow = flow - self%flow_time*self%bounds%rain
   end function standing_flow
 
-  !> What flows out of the nodes of a point and is taken up there.
+  !> Adds the flow out of the nodes of a point and the water stored there.
   pure subroutine add_flow(self, point, here, flow)
     class(flow_balance_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
@@ -172,7 +174,7 @@ contains
     end do
   end subroutine add_flow
 
-  !> What flows out of the nodes and is taken up there, in the time of the step (nodes).
+  !> Returns the flow out of the nodes and the water stored there during the step (nodes).
   pure function net_flow(self, table) result(flow)
     class(flow_balance_type), intent(in) :: self
     real(wp), intent(in) :: table(:, :)
@@ -187,7 +189,8 @@ contains
     end do
   end function net_flow
 
-  !> 0 at nodes of faces, by which what flows to them leaves; else, and in short phases under a free surface, 1.
+  !> Returns 0 at nodes of faces with outflow, where the flow to the node drains; otherwise, and in short phases under a
+  !> free surface, 1.
   pure real(wp) function passes(self, point, a)
     class(flow_balance_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
@@ -196,8 +199,9 @@ contains
     passes = merge(0.0_wp, 1.0_wp, self%leaks(point%place%node(a)) .and. .not. self%total)
   end function passes
 
-  !> What leaves by a face at a corner in the time of the step, and its derivative by the pressure there: under a free
-  !> surface by what is beyond that of its bounds, and into the air alone where no water stands.
+  !> Computes the outflow through a face at a corner during the step, and its derivative with respect to the pressure
+  !> there: under a free surface from the pressure in excess of that of the boundary, and only outwards where no water
+  !> stands.
   pure subroutine leave(self, point, here, a, flow, by_pressure)
     class(flow_balance_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
@@ -218,7 +222,7 @@ contains
     end associate
   end subroutine leave
 
-  !> Pressure at the start of the step beyond that outside.
+  !> Returns the pressure at the start of the step in excess of that outside.
   pure real(wp) function start_of(self, node, kept) result(start)
     class(flow_balance_type), intent(in) :: self
     integer, intent(in) :: node
@@ -228,7 +232,7 @@ contains
     if (.not. self%bounds%held(node)) start = max(0.0_wp, start)
   end function start_of
 
-  !> What a unit of pressure makes flow at the nodes, of the size of the matrix (nodes).
+  !> Returns a flow per unit of pressure at the nodes, of the magnitude of the matrix (nodes).
   pure function own_flow(self) result(flow)
     class(flow_balance_type), intent(in) :: self
     real(wp) :: flow(size(self%kept))
@@ -244,14 +248,15 @@ contains
     end do
   end function own_flow
 
-  !> Where the pressure of the bounds is there: below free water, and where water leaves into the air, or would.
+  !> Finds the nodes with the boundary pressure: below free water, and where water drains to an exposed face or would do
+  !> so.
   pure subroutine hold_bounds(self, table, flow, held, residual)
     class(flow_balance_type), intent(in) :: self
     real(wp), intent(in) :: table(:, :)
     !> Net flow (nodes).
     real(wp), intent(in) :: flow(:)
     logical, allocatable, intent(out) :: held(:)
-    !> Pressure beyond that of the bounds, as a flow (nodes).
+    !> Pressure in excess of that of the boundary, as a flow (nodes).
     real(wp), intent(out), optional :: residual(:)
     real(wp) :: beyond(size(self%kept))
 

@@ -1,6 +1,6 @@
-!> What a material point sees where pore water flows (qsmpm_pore_flow): functions of the displacement and of the
-!> pressure, permeability before any strain, drainable pores, of the start of the step; and what the unknowns make of
-!> it.
+!> Data of a material point in transient pore water flow (qsmpm_pore_flow): functions of the displacement and of the
+!> pressure, permeability before any strain, drainable pores, all at the start of the step; and the state computed from
+!> the unknowns.
 module qsmpm_flow_points
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -16,10 +16,10 @@ module qsmpm_flow_points
 
   public :: flow_point_type, flow_state_type, see_point, see_pores, fill_pores
 
-  !> What a point sees.
+  !> Data of a point at the start of the step.
   type :: flow_point_type
     real(wp) :: volume = 0.0_wp, permeability(3) = 0.0_wp
-    !> How it follows the void ratio, and the change of volume so far.
+    !> Dependence of the permeability on the void ratio, and volume ratio so far.
     type(permeability_law_type) :: law
     real(wp) :: stretch = 1.0_wp
     type(shape_values_type) :: place
@@ -27,38 +27,39 @@ module qsmpm_flow_points
     real(wp) :: hoop = 0.0_wp
     integer :: corners = 0
     real(wp) :: shape(8) = 0.0_wp, slope(3, 8) = 0.0_wp, kept(8) = 0.0_wp
-    !> Whether it answers for what leaves by a face at its corners: one point for each node.
+    !> The point computes the outflow through a face at its corners: one point for each node.
     logical :: leaks(8) = .false.
-    !> Under a free surface: share of drainable pores, mass that the water in them adds where they are full, and weight
-    !> of water that has come in as the soil grew; of its corners the suction under which they are empty, how much of
-    !> them was filled, and what a unit of pressure makes flow there, of the size of the matrix, in unit time and at
-    !> once.
+    !> Under a free surface: drainable porosity, mass of the water in the full drainable pores, weight of water that has
+    !> entered as the soil expanded, and the instantaneous flow per unit of pressure by magnitude; at the corners the
+    !> suction at which pores are empty, the filled share at the start of the step, and the flow per unit of pressure
+    !> and time by magnitude.
     real(wp) :: pores = 0.0_wp, mass = 0.0_wp, gained = 0.0_wp, yields = 0.0_wp
     real(wp) :: suction(8) = 1.0_wp, filled(8) = 1.0_wp, conducts(8) = 0.0_wp
     type(curve_type) :: curve
   end type flow_point_type
 
-  !> What the unknowns make of it.
+  !> State of a point at a trial.
   type :: flow_state_type
-    !> On the skeleton, its derivative by the corners; change, slope of the pressure with the weight of the water.
+    !> Pressure on the skeleton, its derivative with respect to the corners; change; pressure gradient including the
+    !> weight of water.
     real(wp) :: pressure = 0.0_wp, by_pressure(8) = 1.0_wp, change = 0.0_wp, slope(3) = 0.0_wp, divergence = 0.0_wp
-    !> Pressure of the corners.
+    !> Pressures of the corners.
     real(wp) :: nodal(8) = 0.0_wp
-    !> Filled share of the corners, water in their drainable pores, and their derivatives.
+    !> Filled shares at the corners, water in the drainable pores there, and their derivatives.
     real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
     !> Relative permeability along the axes, and its derivatives (3), (3, corners).
     real(wp) :: factor(3) = 1.0_wp, by_factor(3, 8) = 0.0_wp
-    !> Permeability over that before any strain, and its derivative by the divergence.
+    !> Permeability relative to that before any strain, and its derivative with respect to the divergence.
     real(wp) :: let = 1.0_wp, by_divergence = 0.0_wp
   end type flow_state_type
 
 contains
 
-  !> Functions of the displacement and of the pressure at a point.
+  !> Evaluates the functions of the displacement and of the pressure at a point.
   pure subroutine see_point(model, p, kept, point)
     type(model_type), intent(in) :: model
     integer, intent(in) :: p
-    !> Pressure of the nodes.
+    !> Nodal pressures.
     real(wp), intent(in) :: kept(:)
     type(flow_point_type), intent(inout) :: point
     real(wp) :: determinant
@@ -81,11 +82,11 @@ contains
     end associate
   end subroutine see_point
 
-  !> Drainable pores of a point, and how much of them is filled.
+  !> Evaluates the drainable pores of a point, and their filled share.
   pure subroutine see_pores(model, p, unit_weight, suction, point)
     type(model_type), intent(in) :: model
     integer, intent(in) :: p
-    !> Of the water; suction under which the pores at a node are empty (nodes).
+    !> Unit weight of water; suction at which the pores at a node are empty (nodes).
     real(wp), intent(in) :: unit_weight, suction(:)
     type(flow_point_type), intent(inout) :: point
 
@@ -103,10 +104,10 @@ contains
     end associate
   end subroutine see_pores
 
-  !> How far pores are filled by the pressures of the corners, and what that lets through.
+  !> Computes the filled share of the pores from the pressures of the corners, and the relative permeability.
   pure subroutine fill_pores(point, heavy, here)
     type(flow_point_type), intent(in) :: point
-    !> Gradient of the pressure of water at rest.
+    !> Gradient of the hydrostatic pressure.
     real(wp), intent(in) :: heavy(3)
     type(flow_state_type), intent(inout) :: here
     real(wp) :: factor(2), by_pressure(3, 2)

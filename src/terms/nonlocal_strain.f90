@@ -1,17 +1,19 @@
-!> The field of nonlocal softening, an unknown of the step beside the displacement: the over-nonlocal implicit gradient
-!> (Peerlings et al. 1996; Vermeer and Brinkgreve 1994)
+!> Field of nonlocal softening, an unknown of the step in addition to the displacement. Its equation is that of the
+!> over-nonlocal implicit gradient method (Peerlings et al. 1996; Vermeer and Brinkgreve 1994)
 !>
 !>   sum V [ M_a (kbar - kappa) + l^2 grad M_a . grad kbar ] + dE/dkbar_a = 0,   E = d/2 sum V |M_b| (kbar_b - kbar)^2
 !>
 !> over the integration points of nonlocal laws, M the functions of the displacement, kappa the plastic shear strain of
-!> a point at the end of the step and l the length of its law. kappa and kbar are taken at the same points, so that a
-!> constant passes exactly. E holds nodes that few points see; on linear functions it adds d h^2/6 to l^2. Laws are
-!> asked at the field of the trial (qsmpm_group_evaluation), and the stresses that are in balance are those of its end.
-!> Cells that are too wide for l have no field (qsmpm_softening_model).
+!> a point at the end of the step and l the length of its law. kappa and kbar are evaluated at the same points, so that
+!> a constant is reproduced exactly. E stabilises nodes in the support of which there are few points; on linear
+!> functions it adds d h^2/6 to l^2. Laws are evaluated with the field of the trial (qsmpm_group_evaluation), and the
+!> stresses in equilibrium are those with the field at its end. Cells too wide for l have no field
+!> (qsmpm_softening_model).
 !>
-!> This is a part of the soil (qsmpm_soil_points), whose evaluation gives kappa: blocks of both fields are
+!> The field is a part of the soil term (qsmpm_soil_points), whose evaluation provides kappa. The blocks of both fields
+!> are
 !>   K_ukbar = sum V dQ/dkbar grad N M,   K_kbaru = - sum V M dkappa/dF grad N,   K_kbarkbar with 1 - dkappa/dkbar.
-!> Volumes and functions are those of the start of the step. docs/methods/softening.md
+!> Volumes and functions are those at the start of the step. docs/methods/softening.md
 module qsmpm_nonlocal_strain
   use qsmpm_kinds, only: wp
   use qsmpm_assembly, only: evaluation_type
@@ -30,7 +32,7 @@ module qsmpm_nonlocal_strain
   implicit none
   private
 
-  !> d.
+  !> Factor d of the stabilisation E.
   real(wp), parameter :: hold = 0.01_wp
 
   public :: nonlocal_strain_type, prepare_nonlocal, trial_field, evaluate_nonlocal, add_nonlocal_blocks
@@ -39,16 +41,17 @@ module qsmpm_nonlocal_strain
     !> Number of the field among the unknowns, and its values at the start of the step (nodes).
     integer :: number = 0
     real(wp), allocatable :: start(:)
-    !> Groups of integration points that have the field, and their nodes: those of the displacement, then of the field.
+    !> Groups of integration points that have the field, and their node lists: nodes of the displacement, then of the
+    !> field.
     integer, allocatable :: group(:)
     type(connectivity_type) :: connectivity
-    !> Residual at the nodes, and the sizes of what it is made of (nodes).
+    !> Residual at the nodes, and sum of its contributions by their size (nodes).
     real(wp), allocatable :: residual(:), sizes(:)
   end type nonlocal_strain_type
 
 contains
 
-  !> Find the groups that have the field.
+  !> Finds the groups that have the field.
   subroutine prepare_nonlocal(model, integration, unknowns, nonlocal)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration
@@ -82,7 +85,7 @@ contains
     end associate
   end subroutine prepare_nonlocal
 
-  !> Whether a point of a group has the field: its law is nonlocal, and the cell is not too wide.
+  !> Returns whether a point of a group has the field: its law is nonlocal, and the cell is not too wide.
   pure logical function has_field(laws, integration, group, point)
     type(law_slot_type), intent(in) :: laws(:)
     type(integration_type), intent(in) :: integration
@@ -94,11 +97,11 @@ contains
     end associate
   end function has_field
 
-  !> The field at a trial (nodes).
+  !> Returns the field at a trial (nodes).
   pure function trial_field(nonlocal, unknowns, table) result(field)
     type(nonlocal_strain_type), intent(in) :: nonlocal
     type(unknowns_type), intent(in) :: unknowns
-    !> All unknowns.
+    !> Table of all unknowns.
     real(wp), intent(in) :: table(:, :)
     real(wp) :: field(size(nonlocal%start))
     integer :: first
@@ -107,13 +110,13 @@ contains
     field = nonlocal%start + table(1, first:first + size(field) - 1)
   end function trial_field
 
-  !> Residual of a field at which the laws have been asked.
+  !> Computes the residual of the field with which the laws have been evaluated.
   subroutine evaluate_nonlocal(laws, integration, dimension, evaluation, nonlocal)
     type(law_slot_type), intent(in) :: laws(:)
     type(integration_type), intent(in) :: integration
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> With the field and the results of all points.
+    !> Results of all points, including the field.
     type(evaluation_type), intent(in) :: evaluation
     type(nonlocal_strain_type), intent(inout) :: nonlocal
     real(wp) :: own(2)
@@ -141,12 +144,12 @@ contains
     end do
   end subroutine evaluate_nonlocal
 
-  !> What a point adds to the matrix of the field, but for the change of kappa (n, n).
+  !> Returns the contribution of a point to the matrix of the field, without the change of kappa (n, n).
   pure function field_matrix(integration, length2, d, n, place, weight) result(matrix)
     type(integration_type), intent(in) :: integration
     !> l^2.
     real(wp), intent(in) :: length2
-    !> Dimension, nodes, and place before the point's values.
+    !> Dimension, number of nodes, and offset of the values of the point.
     integer, intent(in) :: d, n, place
     real(wp), intent(in) :: weight
     real(wp) :: matrix(n, n)
@@ -166,10 +169,11 @@ contains
     matrix = weight*matrix
   end function field_matrix
 
-  !> Gradients of the functions at a point (nodes, directions).
+  !> Returns the gradients of the functions at a point (nodes, directions).
   pure function gradients(integration, directions, place, n) result(gradient)
     type(integration_type), intent(in) :: integration
-    !> Wanted ones: the dimension, or with the hoop; place before the point's values, and nodes.
+    !> Number of directions: the dimension, plus one with the hoop direction; offset of the values of the point, and
+    !> number of nodes.
     integer, intent(in) :: directions, place, n
     real(wp) :: gradient(n, directions)
 
@@ -177,13 +181,13 @@ contains
       + directions*n), [n, directions])
   end function gradients
 
-  !> The blocks of displacement and field.
+  !> Adds the blocks of displacement and field.
   subroutine add_nonlocal_blocks(model, integration, evaluation, consistent, nonlocal, equations, first_stencil, matrix)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration
     !> Results of the trial.
     type(evaluation_type), intent(in) :: evaluation
-    !> The field couples with the displacement; not in the elastic tangent.
+    !> Include the coupling of the field with the displacement; not in the elastic tangent.
     logical, intent(in) :: consistent
     type(nonlocal_strain_type), intent(in) :: nonlocal
     type(equations_type), intent(in) :: equations
@@ -215,7 +219,7 @@ contains
     end do
   end subroutine add_nonlocal_blocks
 
-  !> What the law of a point that yields says.
+  !> Computes the coupling derivatives of the law of a yielding point.
   subroutine find_coupling(points, integration, slot, evaluation, group, point, coupling)
     type(points_type), intent(in) :: points
     type(integration_type), intent(in) :: integration
@@ -242,13 +246,13 @@ contains
     end associate
   end subroutine find_coupling
 
-  !> A point's share of a block.
+  !> Adds the contribution of a point to a block.
   pure subroutine add_point(integration, length2, coupling, d, n, group, point, block)
     type(integration_type), intent(in) :: integration
     !> l^2.
     real(wp), intent(in) :: length2
     type(field_coupling_type), intent(in) :: coupling
-    !> Dimension, nodes, group and point.
+    !> Dimension, number of nodes, group and point.
     integer, intent(in) :: d, n, group, point
     !> (components, 2*nodes, components, 2*nodes)
     real(wp), intent(inout) :: block(:, :, :, :)

@@ -1,10 +1,11 @@
-!> Forces on the material points at a fraction of the phase: weight (eq. 29 with the mass kept), water in the pores and
-!> what an embedding program puts on them; and what they make of the pressure of points that share one.
+!> Forces on the material points at a fraction of the phase: weight (eq. 29 with constant mass), force of the water in
+!> the pores and forces applied by an embedding program; and the pressure variation that they cause among points that
+!> share one pressure.
 !>
-!> Points under one pressure bear a force b per volume, that of still water under a free surface with it, as a fluid
-!> does, by a pressure that is linear in the place,
+!> Points that share a pressure support a force b per volume, including that of hydrostatic water under a free surface,
+!> like a fluid by a pressure that varies linearly in space,
 !>   pi_p + c omega_p - g_p - h s_p = pbar,   g_p = -b (x_p - x_mean),
-!> so that ground at rest asks nothing of the strength for its weight inside a cell (qsmpm_uniform_pressure).
+!> so that soil at rest needs no shear strength for its weight inside a cell (qsmpm_uniform_pressure).
 module qsmpm_point_forces
   use qsmpm_kinds, only: wp
   use qsmpm_consolidation, only: still_water_forces
@@ -19,10 +20,10 @@ module qsmpm_point_forces
 
 contains
 
-  !> Forces of the material points [force] (dimension, points).
+  !> Returns the forces of the material points [force] (dimension, points).
   pure function point_forces(model, fraction) result(force)
     type(model_type), intent(in) :: model
-    !> Load fraction, 0 to 1: weights run over the phase where bodies come or change.
+    !> Load fraction, 0 to 1: weights change over the phase where bodies are activated or changed.
     real(wp), intent(in) :: fraction
     real(wp) :: force(model%mesh%dimension, model%state%points%count), gravity(3)
     real(wp), allocatable :: by_water(:, :)
@@ -33,7 +34,7 @@ contains
     do p = 1, model%state%points%count
       associate (start => model%state%points%start_weight(p), final => model%state%points%weight(p))
         force(:, p) = between(start, final, fraction)*gravity(:model%mesh%dimension)
-        ! The water comes into a body that comes as its weight does.
+        ! In a body that is activated the force of the water increases with its weight.
         if (allocated(by_water)) force(:, p) = force(:, p) + by_water(:, p)*merge(fraction, 1.0_wp, &
           start <= 0.0_wp .and. final > 0.0_wp)
       end associate
@@ -41,12 +42,12 @@ contains
     if (allocated(model%loading%point_force)) force = force + model%loading%point_force(:, :model%state%points%count)
   end function point_forces
 
-  !> g of the points of each group and material [stress] at the start and the end of a step, 0 where no pressure is
-  !> shared (n, 2).
+  !> Returns g of the points of each group and material [stress] at the start and the end of a step, 0 where no pressure
+  !> is shared (n, 2).
   pure function pressure_offsets(model, integration, fraction) result(offset)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration
-    !> Load fraction at the end.
+    !> Load fraction at the end of the step.
     real(wp), intent(in) :: fraction
     real(wp) :: offset(integration%point_count, 2)
 
@@ -56,7 +57,7 @@ contains
     offset(:, 2) = offsets_at(model, integration, fraction)
   end function pressure_offsets
 
-  !> g at a load fraction (n).
+  !> Returns g at a load fraction (n).
   pure function offsets_at(model, integration, fraction) result(offset)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration
@@ -85,7 +86,8 @@ contains
     end do
   end function offsets_at
 
-  !> Cell of the points behind an integration point: outlines of bodies reach into cells that own no points.
+  !> Returns the cell of the points from which an integration point takes its data: outlines of bodies may extend into
+  !> cells without points.
   pure integer function cell_of(model, integration, group, point) result(cell)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration
@@ -95,10 +97,10 @@ contains
     if (integration%source(point) > 0) cell = model%state%points%cell(integration%source(point))
   end function cell_of
 
-  !> Force per volume in each cell (dimension, cells).
+  !> Returns the force per volume in each cell (dimension, cells).
   pure function cell_densities(model, force) result(density)
     type(model_type), intent(in) :: model
-    !> Of the points (dimension, points).
+    !> Forces of the points (dimension, points).
     real(wp), intent(in) :: force(:, :)
     real(wp) :: density(model%mesh%dimension, model%mesh%cell_count), volume(model%mesh%cell_count)
     integer :: p
@@ -114,7 +116,7 @@ contains
     density = density/spread(max(volume, tiny(volume)), 1, size(density, 1))
   end function cell_densities
 
-  !> Places of some integration points (dimension, n).
+  !> Returns the positions of some integration points (dimension, n).
   pure function places_of(model, integration, from, to) result(place)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration
@@ -128,9 +130,9 @@ contains
     end if
   end function places_of
 
-  !> g of points that share a pressure.
+  !> Returns g of points that share a pressure.
   pure function offsets_of(place, volume, density) result(offset)
-    !> Places (dimension, n), volumes (n), force per volume (dimension).
+    !> Positions (dimension, n), volumes (n), force per volume (dimension).
     real(wp), intent(in) :: place(:, :), volume(:), density(:)
     real(wp) :: offset(size(volume))
 

@@ -1,12 +1,12 @@
-!> Excess pore pressure p of soil that consolidates (Biot 1941), implicit in time:
+!> Excess pore pressure p of consolidating soil (Biot 1941), implicit in time:
 !>
-!>   displacement   sum V p N_a,i                                                   taken off the stress of the soil
+!>   displacement   sum V p N_a,i                                       subtracted from the internal force of the soil
 !>   pressure       sum V (S dp + div du) M_a  +  dt' sum V K/gamma_w p,i M_a,i  =  C'
 !>
-!> N are the functions of the displacement, M those of the corners of a cell alone, which is stable when nothing flows
-!> (Taylor and Hood 1973); dt' and C' are those of qsmpm_flow_balance. Volumes and functions are those of the start of
-!> the step, the permeability K is that of its end. p counts beside the pressure of the water at rest or in a steady
-!> flow (qsmpm_pore_water); where time stands still it stays as it is.
+!> N are the functions of the displacement, M the linear functions of the corners of a cell, which are stable in the
+!> undrained limit (Taylor and Hood 1973); dt' and C' are those of qsmpm_flow_balance. Volumes and functions are those
+!> at the start of the step, the permeability K is that at its end. p is in addition to the pressure of the water at
+!> rest or in a steady flow (qsmpm_pore_water); in phases without time it remains constant.
 !> docs/methods/consolidation.md
 module qsmpm_pore_flow
   use qsmpm_kinds, only: wp
@@ -33,23 +33,23 @@ module qsmpm_pore_flow
 
   public :: new_pore_flow
 
-  !> Time of the step before, and the largest pressure in its phase.
+  !> Duration of the previous step, and the largest pressure in its phase.
   character(len=*), parameter, public :: course_name = 'course of the pore pressures'
 
-  !> Name of what is kept of the step before.
+  !> Name of the stored water of the previous step.
   character(len=*), parameter :: uptake_name = 'water taken up by nodes in the step before'
 
   type, extends(term_type) :: pore_flow_type
     real(wp) :: phase_time = 1.0_wp
-    !> Time of the step before where it is of the same phase, else 0, and the largest pressure in the phase until now.
+    !> Duration of the previous step of the same phase, otherwise 0, and the largest pressure in the phase so far.
     real(wp) :: course(2) = 0.0_wp
     integer :: field = 0
     type(flow_balance_type) :: water
-    !> Nodes at which water leaves, and whether the pressure of the bounds is there at the last evaluation (nodes).
+    !> Drained nodes, and nodes with the boundary pressure at the last evaluation (nodes).
     logical, allocatable :: open(:), held(:)
-    !> What nodes have taken up in the step before (nodes).
+    !> Water stored at the nodes in the previous step (nodes).
     real(wp), allocatable :: taken_up(:)
-    !> Sizes of the flows at the last evaluation (columns).
+    !> Flows by magnitude at the last evaluation (columns).
     real(wp), allocatable :: flow_size(:)
   contains
     procedure :: choose_fields
@@ -68,7 +68,7 @@ module qsmpm_pore_flow
 
 contains
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_pore_flow(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -77,7 +77,7 @@ contains
     term%symmetric = .true.
   end subroutine new_pore_flow
 
-  !> The pressure, where soil consolidates in any phase.
+  !> Requests the field of the pressure where soil consolidates in any phase.
   subroutine choose_fields(self, model)
     class(pore_flow_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -85,7 +85,8 @@ contains
     if (has_consolidation(model%analysis%phases)) call self%need_field(excess_field, 1)
   end subroutine choose_fields
 
-  !> What the layers at faces keep, and what nodes have taken up in the step before, in its time.
+  !> Allocates the stored data: those of the layers at faces, the water stored at the nodes in the previous step, and
+  !> its duration.
   subroutine start(self, model)
     class(pore_flow_type), intent(in) :: self
     type(model_type), intent(inout) :: model
@@ -97,7 +98,7 @@ contains
     call lay_array(model%state%kept, course_name, spread([0.0_wp, 0.0_wp], 2, 1))
   end subroutine start
 
-  !> No pressure where water leaves; where time stands still all stay.
+  !> Prescribes zero pressure at drained nodes; in phases without time all pressures are constant.
   subroutine prescribe(self, model, fraction, constrained, values)
     class(pore_flow_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -129,7 +130,7 @@ contains
     end do
   end subroutine prescribe
 
-  !> The water of the soil that it flows through, at the start of the step.
+  !> Sets up the water of permeable soil at the start of the step.
   subroutine prepare(self, model, configuration)
     class(pore_flow_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -170,10 +171,10 @@ contains
     call connect(self)
   end subroutine prepare
 
-  !> Functions at the points of soil that water flows through.
+  !> Evaluates the functions at the points of permeable soil.
   subroutine see_points(model, suction, water)
     type(model_type), intent(in) :: model
-    !> Under which the pores at a node are empty (nodes).
+    !> Suction at which the pores at a node are empty (nodes).
     real(wp), intent(in) :: suction(:)
     type(flow_balance_type), intent(inout) :: water
     integer, allocatable :: wet(:)
@@ -200,7 +201,8 @@ contains
     end do
   end subroutine see_points
 
-  !> Drained faces, under a free surface all, in phases whose water stays within the cells there.
+  !> Finds the layers at drained faces, under a free surface at all faces, in phases in which drainage is confined to
+  !> the cells at the face.
   subroutine see_faces(model, total, layers)
     type(model_type), intent(in) :: model
     !> There is a free surface.
@@ -219,7 +221,7 @@ contains
     where (spread(.not. layers%capacity > 0.0_wp, 1, terms_of_layer)) layers%beyond = 0.0_wp
   end subroutine see_faces
 
-  !> Displacements and pressures of each cell couple.
+  !> Couples displacements and pressures of each cell.
   subroutine connect(self)
     class(pore_flow_type), intent(inout) :: self
     integer :: g, n
@@ -244,7 +246,7 @@ contains
     end associate
   end subroutine connect
 
-  !> Time of the step.
+  !> Sets the duration of the step.
   subroutine begin(self, increment)
     class(pore_flow_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
@@ -253,7 +255,7 @@ contains
       call self%water%set_time(increment%step_info%duration*self%phase_time, self%course(1), self%taken_up)
   end subroutine begin
 
-  !> Levels, rain and gravity as they stand.
+  !> Sets water levels, rain and gravity at a fraction of the phase.
   subroutine set_load(self, model, configuration, fraction)
     class(pore_flow_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -265,7 +267,7 @@ contains
     call find_bounds(model, self%open, fraction, self%water%bounds)
   end subroutine set_load
 
-  !> Sizes of the flows.
+  !> Computes the flows by magnitude.
   subroutine evaluate(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     class(pore_flow_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -305,7 +307,7 @@ contains
     self%held = held
   end subroutine evaluate
 
-  !> The pressure on the skeleton, and what flows out of the nodes.
+  !> Adds the force of the pressure on the skeleton, and the flow out of the nodes.
   subroutine add_force(self, displacement, force)
     class(pore_flow_type), intent(in) :: self
     !> The table of all unknowns.
@@ -335,10 +337,11 @@ contains
     if (self%water%total) call add_bounds(self, displacement, flow, force)
   end subroutine add_force
 
-  !> The load of free water; nodes that hold the pressure of the bounds let flow what does.
+  !> Adds the load of free water; at nodes with the boundary pressure the flow is replaced by the deviation from this
+  !> pressure.
   pure subroutine add_bounds(self, table, flow, force)
     class(pore_flow_type), intent(in) :: self
-    !> Of all unknowns; net flow (nodes).
+    !> Table of all unknowns; net flow (nodes).
     real(wp), intent(in) :: table(:, :), flow(:)
     real(wp), intent(inout) :: force(:, :)
     logical, allocatable :: held(:)
@@ -352,7 +355,7 @@ contains
     end do
   end subroutine add_bounds
 
-  !> Those of the last evaluation.
+  !> Adds the flows by magnitude of the last evaluation.
   subroutine add_sizes(self, sizes)
     class(pore_flow_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
@@ -360,7 +363,7 @@ contains
     if (size(self%water%points) > 0) sizes%force(1, :) = sizes%force(1, :) + self%flow_size
   end subroutine add_sizes
 
-  !> All derivatives; the other components of the pressure are no unknowns.
+  !> Adds all derivatives; the other components of the pressure columns are not unknowns.
   subroutine add_blocks(self, displacement, equations, matrix)
     class(pore_flow_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -392,12 +395,13 @@ contains
     end do
   end subroutine add_blocks
 
-  !> Those of a point.
+  !> Adds the derivatives of a point.
   pure subroutine add_point(self, point, displacement, block, own)
     class(pore_flow_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
     real(wp), intent(in) :: displacement(:, :)
-    !> Of its cell; what a unit of pressure makes flow where that of the bounds is held (corners).
+    !> Block of its cell; flow per unit of pressure by magnitude at the corners, for nodes with the boundary pressure
+    !> (corners).
     real(wp), intent(inout) :: block(:, :, :, :), own(:)
     type(flow_state_type) :: here
     real(wp) :: weight(3), by_slope(3), by_volume(3), volume(self%water%dimension), leak, by_pressure
@@ -434,8 +438,8 @@ contains
     end associate
   end subroutine add_point
 
-  !> What nodes have taken up, and what the layers at faces remember; where pressures stay, or no water leaves, there is
-  !> nothing new.
+  !> Stores the water stored at the nodes and the data of the layers at faces; without pressure changes or drainage they
+  !> do not change.
   subroutine keep_nodal(self, displacement, kept)
     class(pore_flow_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -468,7 +472,7 @@ contains
       maxval(abs(self%water%kept + displacement(1, self%water%column))))], 2, 1))
   end subroutine keep_nodal
 
-  !> The points know their pressure; that of the nodes is kept by the step.
+  !> Updates the pressure of the points; that of the nodes is stored by the step.
   subroutine commit(self, displacement, model)
     class(pore_flow_type), intent(inout) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -478,7 +482,7 @@ contains
     if (size(self%water%points) > 0) call update_pore_pressure(model)
   end subroutine commit
 
-  !> What has come in by each row of the levels in a unit of time.
+  !> Stores the rate of inflow through each row of the water levels.
   subroutine tell_inflow(self, displacement, model)
     class(pore_flow_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)

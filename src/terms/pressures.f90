@@ -1,13 +1,13 @@
-!> Pressures on surfaces as they stand at the end of a step.
+!> Pressures on surfaces in their geometry at the end of a step.
 !>
 !>   force on the nodes   -p N_a a,  a = cof(F) a_0                       (Nanson)
 !>   stiffness             p N_a d(cof(F) a_0)/du_b                       (load stiffness)
 !>
-!> with p at the end of the step, where it varies with height at the place of the start of the step, the area vector a_0
-!> of a surface point at its start, and F the gradient of the step
-!> at the surface point itself, F_33 = 1 + u_r/r in axisymmetry. Tangential derivatives of the displacement are all
-!> that enters. The load stiffness is symmetric but for terms on the rim of the surface; beside much stiffer soil
-!> its symmetric part serves, so that the equations stay symmetric. docs/methods/supports.md.
+!> with p at the end of the step (where it varies with height, at the position at the start of the step), the area
+!> vector a_0 of a surface point at the start, and F the gradient of the step at the surface point, F_33 = 1 + u_r/r in
+!> axisymmetry. Only tangential derivatives of the displacement enter. The load stiffness is symmetric except for terms
+!> on the rim of the surface; on much stiffer soil its symmetric part is sufficient, so that the equations remain
+!> symmetric. docs/methods/supports.md.
 module qsmpm_pressures
   use qsmpm_kinds, only: wp
   use qsmpm_configuration, only: configuration_type
@@ -26,17 +26,17 @@ module qsmpm_pressures
 
   public :: pressures_type, new_pressures
 
-  !> Largest pressure over the least Young's modulus for which the symmetric part of the load stiffness serves: 40
-  !> iterations for 35 at this ratio, 57 for 40 at five times it (verification/cases/pressure.toml).
+  !> Largest ratio of the pressure to the smallest Young's modulus for which the symmetric part of the load stiffness is
+  !> used: 40 iterations for 35 at this ratio, 57 for 40 at five times it (verification/cases/pressure.toml).
   real(wp), parameter :: symmetric_ratio = 0.02_wp
 
-  !> Surface points under pressure; their node lists are the patches.
+  !> Surface points under pressure; the patches are their node lists.
   type, extends(term_type) :: pressures_type
     type(surface_basis_type) :: basis
-    !> Surface of each point, its height, and pressure in force (points).
+    !> Surface of each point, its height, and the applied pressure (points).
     integer, allocatable :: surface(:)
     real(wp), allocatable :: height(:), pressure(:)
-    !> Areas stay what they are at the start of the step.
+    !> Areas remain those at the start of the step.
     logical :: in_place = .false.
   contains
     procedure :: prepare
@@ -49,7 +49,7 @@ module qsmpm_pressures
 
 contains
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_pressures(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -58,7 +58,7 @@ contains
     term%role = role_external
   end subroutine new_pressures
 
-  !> Points under a pressure in this phase, as they are at the start of a step.
+  !> Finds the points under pressure in this phase, at the start of a step.
   subroutine prepare(self, model, configuration)
     class(pressures_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -78,7 +78,7 @@ contains
     self%symmetric = is_nearly_symmetric(self, model)
   end subroutine prepare
 
-  !> Whether areas follow the step.
+  !> Sets whether areas change in the step.
   subroutine begin(self, increment)
     class(pressures_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
@@ -86,7 +86,7 @@ contains
     self%in_place = increment%step_info%in_place
   end subroutine begin
 
-  !> Put the pressures of a fraction of the phase in force.
+  !> Applies the pressures of a fraction of the phase.
   subroutine set_load(self, model, configuration, fraction)
     class(pressures_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -99,7 +99,7 @@ contains
     end associate
   end subroutine set_load
 
-  !> Force of the pressures on the areas that a displacement of the step makes.
+  !> Adds the force of the pressures on the areas deformed by a displacement of the step.
   subroutine add_force(self, displacement, force)
     class(pressures_type), intent(in) :: self
     !> (dimension, nodes)
@@ -120,7 +120,7 @@ contains
     end do
   end subroutine add_force
 
-  !> Load stiffness.
+  !> Adds the load stiffness.
   subroutine add_blocks(self, displacement, equations, matrix)
     class(pressures_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -135,10 +135,10 @@ contains
     end do
   end subroutine add_blocks
 
-  !> Load stiffness of one point, or its symmetric part (dimension, nodes, dimension, nodes).
+  !> Returns the load stiffness of one point, or its symmetric part (dimension, nodes, dimension, nodes).
   !>
-  !> With the columns f_j of F, cof(F) a = a_1 f_2 x f_3 + a_2 f_3 x f_1 + a_3 f_1 x f_2 changes by the sum of
-  !> w_j x df_j, w_1 = a_2 f_3 - a_3 f_2 and so on round, and df_j = du N,j.
+  !> With the columns f_j of F, cof(F) a = a_1 f_2 x f_3 + a_2 f_3 x f_1 + a_3 f_1 x f_2 changes by the sum of w_j x
+  !> df_j, w_1 = a_2 f_3 - a_3 f_2 and cyclic, and df_j = du N,j.
   pure function pressure_block(pressures, k, displacement, symmetric) result(block)
     class(pressures_type), intent(in) :: pressures
     !> Number of the point.
@@ -174,7 +174,7 @@ contains
     if (symmetric) block = 0.5_wp*(block + reshape(block, shape(block), order=[3, 4, 1, 2]))
   end function pressure_block
 
-  !> Load stiffness at the start of the step times a displacement.
+  !> Adds the load stiffness at the start of the step times a displacement.
   subroutine add_linear_force(self, displacement, force)
     class(pressures_type), intent(in) :: self
     !> (dimension, nodes)
@@ -198,7 +198,7 @@ contains
     end do
   end subroutine add_linear_force
 
-  !> Whether the pressures of this phase are so small that the symmetric part of their stiffness serves.
+  !> Returns whether the pressures of this phase are so small that the symmetric part of their stiffness is sufficient.
   pure logical function is_nearly_symmetric(pressures, model)
     type(pressures_type), intent(in) :: pressures
     type(model_type), intent(in) :: model

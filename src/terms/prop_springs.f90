@@ -1,12 +1,12 @@
-!> Props: springs between two places that go with the material, or from one to a place that is fixed.
+!> Props: springs between two places that move with the material, or from one such place to a fixed place.
 !>
 !>   r = x_2 - x_1 + sum w_a u_a          w_a = N_a(x_2) - N_a(x_1), 0 at a fixed end
 !>   F = F_0 + k (|r| - |r_0|)            between the limits, F_0 and r_0 at the start of the step, tension positive
 !>   force on the nodes    w_a F e        e = r/|r|
 !>   stiffness             w_a w_b (k e e' + F/|r| (1 - e e'))
 !>
-!> A prop that is jacked or taken out has F on a straight line to the force that it is to have at the end of the phase,
-!> and no stiffness. F is kept (qsmpm_props): what a prop has yielded it does not take back. docs/methods/supports.md.
+!> In a prop that is prestressed or removed F varies linearly to its force at the end of the phase, without stiffness. F
+!> is stored (qsmpm_props): yielding of a prop is permanent. docs/methods/supports.md.
 module qsmpm_prop_springs
   use qsmpm_kinds, only: wp
   use qsmpm_carried_basis, only: basis_at
@@ -28,21 +28,21 @@ module qsmpm_prop_springs
 
   public :: new_prop_springs
 
-  !> A prop that is there in the step.
+  !> A prop that is active in the step.
   type :: spring_type
-    !> Its number, and what becomes of it.
+    !> Number of the prop, and its stage in the phase.
     integer :: prop = 0
     type(prop_stage_type) :: stage
     real(wp) :: stiffness = 0.0_wp, limits(2) = 0.0_wp
-    !> Force at the start of the step; at its end, of one that is driven.
+    !> Force at the start of the step; at its end, for a prescribed force.
     real(wp) :: start = 0.0_wp, final = 0.0_wp
-    !> r_0 (dimension), and w of its nodes.
+    !> r_0 (dimension), and w at its nodes.
     real(wp), allocatable :: arm(:), weight(:)
   contains
     procedure :: force_at
   end type spring_type
 
-  !> Their node lists are the patches.
+  !> Term of the props; the patches are their node lists.
   type, extends(term_type) :: prop_springs_type
     type(spring_type), allocatable :: springs(:)
   contains
@@ -56,7 +56,7 @@ module qsmpm_prop_springs
 
 contains
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_prop_springs(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -64,7 +64,7 @@ contains
     term%name = 'force of the props'
   end subroutine new_prop_springs
 
-  !> No force yet.
+  !> Initialises the stored forces to zero.
   subroutine start(self, model)
     class(prop_springs_type), intent(in) :: self
     type(model_type), intent(inout) :: model
@@ -72,7 +72,7 @@ contains
     call lay_prop_forces(model)
   end subroutine start
 
-  !> The props of a step: those that are there, and those that still have a force.
+  !> Sets up the props of a step: those that are active, and those that still have a force.
   subroutine prepare(self, model, configuration)
     class(prop_springs_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -110,12 +110,12 @@ contains
     end do
   end subroutine prepare
 
-  !> Arm, nodes and weights of a prop.
+  !> Finds arm, nodes and weights of a prop.
   subroutine connect(model, configuration, spring, graph)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     type(spring_type), intent(inout) :: spring
-    !> Gets one more list.
+    !> Node lists, to which one is added.
     type(connectivity_type), intent(inout) :: graph
     type(shape_values_type) :: place
     integer, allocatable :: nodes(:)
@@ -144,7 +144,7 @@ contains
     graph%count = graph%count + 1
   end subroutine connect
 
-  !> Forces of props that are jacked or taken out, at a fraction of the phase.
+  !> Sets the forces of props that are prestressed or removed, at a fraction of the phase.
   subroutine set_load(self, model, configuration, fraction)
     class(prop_springs_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -162,7 +162,7 @@ contains
     end associate
   end subroutine set_load
 
-  !> Force for an arm at the end of the step, and its derivative by the length.
+  !> Computes the force for an arm at the end of the step, and its derivative with respect to the length.
   pure subroutine force_at(self, arm, force, slope)
     class(spring_type), intent(in) :: self
     !> (dimension)
@@ -177,7 +177,7 @@ contains
     force = max(-self%limits(1), min(self%limits(2), force))
   end subroutine force_at
 
-  !> Arm of a prop for a displacement of the step.
+  !> Returns the arm of a prop for a displacement of the step.
   pure function arm_of(self, k, displacement) result(arm)
     class(prop_springs_type), intent(in) :: self
     integer, intent(in) :: k
@@ -193,7 +193,7 @@ contains
     end do
   end function arm_of
 
-  !> What the props resist.
+  !> Adds the resistance of the props.
   subroutine add_force(self, displacement, force)
     class(prop_springs_type), intent(in) :: self
     !> (dimension, nodes)
@@ -214,7 +214,7 @@ contains
     end do
   end subroutine add_force
 
-  !> Stiffness of the props.
+  !> Adds the stiffness of the props.
   subroutine add_blocks(self, displacement, equations, matrix)
     class(prop_springs_type), intent(in) :: self
     !> (dimension, nodes)
@@ -246,7 +246,7 @@ contains
     end do
   end subroutine add_blocks
 
-  !> The forces are kept.
+  !> Stores the forces.
   subroutine commit(self, displacement, model)
     class(prop_springs_type), intent(inout) :: self
     !> (dimension, nodes)

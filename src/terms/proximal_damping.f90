@@ -1,6 +1,6 @@
-!> Proximal damping: a force alpha W u against the displacement of a sub-step, W the lumped volumes. It helps a body
-!> that moves under a load it cannot carry yet, and is no part of the equilibrium that a step is accepted by.
-!> docs/methods/proximal.md
+!> Proximal damping: a force alpha W u opposed to the displacement of a sub-step, W the lumped volumes. It limits the
+!> motion of a body under a load that it cannot support yet, and is not part of the equilibrium by which a step is
+!> accepted. docs/methods/proximal.md
 module qsmpm_proximal_damping
   use qsmpm_kinds, only: wp
   use qsmpm_configuration, only: configuration_type
@@ -28,7 +28,7 @@ module qsmpm_proximal_damping
 
 contains
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_proximal_damping(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -39,7 +39,7 @@ contains
     term%transient = .true.
   end subroutine new_proximal_damping
 
-  !> It couples nothing that the others do not.
+  !> Sets the volumes; the term adds no coupling of nodes.
   subroutine prepare(self, model, configuration)
     class(damping_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -49,7 +49,7 @@ contains
     self%volume = configuration%lumped
   end subroutine prepare
 
-  !> Take the coefficient.
+  !> Sets the coefficient.
   subroutine begin(self, increment)
     class(damping_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
@@ -57,7 +57,7 @@ contains
     self%coefficient = increment%damping
   end subroutine begin
 
-  !> alpha W u.
+  !> Adds alpha W u.
   subroutine add_force(self, displacement, force)
     class(damping_type), intent(in) :: self
     !> (components, nodes)
@@ -68,7 +68,7 @@ contains
       force = force + self%coefficient*spread(self%volume, 1, size(force, 1))*displacement
   end subroutine add_force
 
-  !> alpha W.
+  !> Adds alpha W.
   subroutine add_blocks(self, displacement, equations, matrix)
     class(damping_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)

@@ -1,11 +1,11 @@
-!> The soil: internal force and stiffness K^E + K^G of the material points, eqs. 15-17, 20 and 25.
+!> Soil: internal force and stiffness K^E + K^G of the material points, eqs. 15-17, 20 and 25.
 !>
 !>   f_ia = sum V Q_ij N_a,j      K_iakb = sum V N_a,j A_ijkl N_b,l
 !>
-!> The first of the terms, and the only one that is heavy: its blocks are formed and added in the evaluation itself,
-!> chunk by chunk in parallel (qsmpm_assembly). The sums run over the material points, over Gauss points of full cells,
-!> or over patches of cells that share a pressure; only here is it known which. Where a law is nonlocal the field of its
-!> strain is an unknown beside the displacement, whose equations are a part of the term (qsmpm_nonlocal_strain).
+!> This is the first of the terms and the only computationally expensive one: its blocks are formed and added during the
+!> evaluation, chunk by chunk in parallel (qsmpm_assembly). The sums run over the material points, over Gauss points of
+!> full cells, or over patches of cells that share a pressure; only this module depends on the choice. With a nonlocal
+!> law the nonlocal strain is an additional unknown field, whose equations are part of the term (qsmpm_nonlocal_strain).
 module qsmpm_soil_points
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
@@ -42,23 +42,23 @@ module qsmpm_soil_points
 
   public :: soil_type, new_soil, soil_of, inaccurate_points, integration_of, find_point_results, take_point_results
 
-  !> Points from which handing them their results is worth waking the threads.
+  !> Number of points above which storing their results is distributed over threads.
   integer, parameter :: fewest_points = 50000
 
   type, extends(term_type) :: soil_type
-    !> What the equations are integrated with; unallocated where that is the material points as they are.
+    !> Integration points of the equations; unallocated where these are the material points.
     type(integration_type), allocatable :: integration
-    !> The equations are integrated at the material points, so that an evaluation yields their stresses.
+    !> The equations are integrated at the material points, so that an evaluation provides their stresses.
     logical :: updates_points = .false.
-    !> Patch of cells that each group of the material points shares its pressure in; unallocated when cells are
-    !> all patches by themselves.
+    !> Patch of cells in which each group of the material points shares its pressure; unallocated when each cell is a
+    !> patch.
     integer, allocatable :: patch(:)
-    !> Points of full cells that differ much from the mean of their cell.
+    !> Number of points of full cells that deviate much from the mean of their cell.
     integer :: inaccurate_points = 0
-    !> Load fraction that the step ends at.
+    !> Load fraction at the end of the step.
     real(wp) :: fraction = 0.0_wp
     type(evaluation_type) :: evaluation
-    !> The field of nonlocal laws; unallocated without.
+    !> Field of nonlocal laws; unallocated without.
     type(nonlocal_strain_type), allocatable :: nonlocal
   contains
     procedure :: choose_fields
@@ -72,12 +72,13 @@ module qsmpm_soil_points
     procedure :: add_linear_force
   end type soil_type
 
-  !> Points from which the strains of a step, some 0.3 microseconds each, are worth waking the threads.
+  !> Number of points above which computing the strains of a step, some 0.3 microseconds each, is distributed over
+  !> threads.
   integer, parameter :: fewest_strained = 2000
 
 contains
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_soil(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -85,7 +86,7 @@ contains
     term%name = 'internal force'
   end subroutine new_soil
 
-  !> The soil among the terms; null where there is none.
+  !> Returns the soil among the terms; null if there is none.
   function soil_of(terms) result(soil)
     type(term_slot_type), intent(in), target :: terms(:)
     type(soil_type), pointer :: soil
@@ -100,7 +101,7 @@ contains
     end do
   end function soil_of
 
-  !> Points of full cells that differ much from the mean of their cell.
+  !> Returns the number of points of full cells that deviate much from the mean of their cell.
   integer function inaccurate_points(terms)
     type(term_slot_type), allocatable, intent(in), target :: terms(:)
     type(soil_type), pointer :: soil
@@ -111,7 +112,7 @@ contains
     inaccurate_points = soil%inaccurate_points
   end function inaccurate_points
 
-  !> The integration points of the equations.
+  !> Returns the integration points of the equations.
   function integration_of(soil, configuration) result(integration)
     class(soil_type), intent(in), target :: soil
     type(configuration_type), intent(in), target :: configuration
@@ -121,7 +122,7 @@ contains
     if (allocated(soil%integration)) integration => soil%integration
   end function integration_of
 
-  !> The nonlocal strain, where a law softens by it.
+  !> Requests the field of nonlocal strain, where a law softens by it.
   subroutine choose_fields(self, model)
     class(soil_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -129,7 +130,7 @@ contains
     if (is_nonlocal(model%laws)) call self%need_field(nonlocal_field, 1)
   end subroutine choose_fields
 
-  !> Integration points of the step.
+  !> Sets up the integration points of the step.
   subroutine prepare(self, model, configuration)
     class(soil_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -139,7 +140,7 @@ contains
     self%updates_points = model%analysis%method%integration /= integrate_cells .or. &
       model%analysis%method%basis == basis_fem
     self%inaccurate_points = 0
-    ! Before a step begins no time passes: what stresses are in balance is asked of laws that creep too.
+    ! Before a step begins no time passes: stresses in equilibrium are also evaluated with laws that creep.
     self%evaluation%step_info = step_info_type(duration=0.0_wp)
     if (allocated(self%integration)) deallocate (self%integration)
     if (.not. self%updates_points) then
@@ -155,7 +156,7 @@ contains
     call prepare_soil_evaluation(self, model, configuration)
   end subroutine prepare
 
-  !> Room for the results of an evaluation.
+  !> Allocates the results of an evaluation.
   subroutine prepare_soil_evaluation(self, model, configuration)
     class(soil_type), intent(inout), target :: self
     type(model_type), intent(in) :: model
@@ -176,7 +177,7 @@ contains
     if (is_divided(model%part)) self%evaluation%counted = model%part%cells
   end subroutine prepare_soil_evaluation
 
-  !> Put together the cells that share a pressure, when a material asks for it and cells are too small.
+  !> Merges the cells that share a pressure, where a material requires it and cells have too few points.
   subroutine group_by_pressure(self, model, at_points)
     class(soil_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -209,7 +210,7 @@ contains
     call move_alloc(merged, self%integration)
   end subroutine group_by_pressure
 
-  !> The nodes of the groups.
+  !> Appends the node lists of the groups.
   subroutine couple(self, configuration, connectivity)
     class(soil_type), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
@@ -232,7 +233,7 @@ contains
     end subroutine add_groups
   end subroutine couple
 
-  !> The laws are given when the step takes place.
+  !> Stores the time and kind of the step for the laws.
   subroutine begin(self, increment)
     class(soil_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
@@ -240,7 +241,7 @@ contains
     self%evaluation%step_info = increment%step_info
   end subroutine begin
 
-  !> Weights differ with the load, and with them the pressures of points that share one.
+  !> Updates the pressure variation of points that share a pressure, because weights vary with the load.
   subroutine set_load(self, model, configuration, fraction)
     class(soil_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -256,12 +257,12 @@ contains
     end if
   end subroutine set_load
 
-  !> Stresses, internal force and, with a tangent, the blocks of the groups.
+  !> Evaluates stresses, internal force and, with a tangent, the blocks of the groups.
   subroutine evaluate_soil(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     class(soil_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
-    !> The displacement; with the field behind it where there is one (dimension or more, nodes or more).
+    !> The displacement, followed by the field where there is one (dimension or more, nodes or more).
     real(wp), intent(in) :: displacement(:, :)
     integer, intent(in) :: tangent
     type(equations_type), intent(in) :: equations
@@ -298,7 +299,8 @@ contains
     end subroutine evaluate_with
   end subroutine evaluate_soil
 
-  !> The point that could not be updated and what its law says. A law of a user names point and material itself.
+  !> Reports the point that could not be updated and the message of its law. A user-defined law names point and material
+  !> itself.
   subroutine name_point(model, integration, evaluation, failure)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration
@@ -326,7 +328,7 @@ contains
     end associate
   end subroutine name_point
 
-  !> Internal force of the last evaluation, and the residual of the field.
+  !> Adds the internal force of the last evaluation, and the residual of the field.
   subroutine add_force(self, displacement, force)
     class(soil_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -338,7 +340,7 @@ contains
     if (allocated(self%nonlocal)) call add_to_field(self, self%nonlocal%residual, force)
   end subroutine add_force
 
-  !> Add nodal values to the columns of the field in a table of all unknowns.
+  !> Adds nodal values to the columns of the field in a table of all unknowns.
   pure subroutine add_to_field(self, values, table)
     class(soil_type), intent(in) :: self
     !> (nodes)
@@ -350,7 +352,8 @@ contains
     table(1, first:first + size(values) - 1) = table(1, first:first + size(values) - 1) + values
   end subroutine add_to_field
 
-  !> The same cell by cell; of the field where a table of all unknowns is asked for.
+  !> Adds the sizes of the internal forces, summed cell by cell; those of the field where a table of all unknowns is
+  !> passed.
   subroutine add_sizes(self, sizes)
     class(soil_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
@@ -363,7 +366,7 @@ contains
     sizes%work = sizes%work + self%evaluation%work_size
   end subroutine add_sizes
 
-  !> Force that the tangent of the evaluation gives the displacements prescribed there.
+  !> Adds the force that the tangent of the evaluation yields for the prescribed displacements passed to it.
   subroutine add_linear_force(self, displacement, force)
     class(soil_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -374,12 +377,12 @@ contains
     end associate
   end subroutine add_linear_force
 
-  !> Stress, state and volume of every material point by its own strain, or under the pressure of its
-  !> group; where the equations are integrated at the points the last evaluation has found them.
+  !> Computes stress, state and volume of every material point from its own strain, or under the pressure of its group;
+  !> where the equations are integrated at the points the last evaluation provides them.
   subroutine find_point_results(self, model, configuration, displacement, source, error)
     class(soil_type), intent(inout) :: self
     type(model_type), intent(in) :: model
-    !> Its points may get gradients of their own.
+    !> Configuration of the step; its points may receive recovered gradients.
     type(configuration_type), intent(inout) :: configuration
     !> Displacement of the step (dimension, nodes).
     real(wp), intent(in) :: displacement(:, :)
@@ -404,7 +407,7 @@ contains
       call evaluate_points(configuration%at_points)
     end if
   contains
-    !> What the laws say of material points in groups.
+    !> Evaluates the laws at material points in groups.
     subroutine evaluate_points(at_points)
       type(integration_type), intent(in) :: at_points
 
@@ -419,7 +422,8 @@ contains
     end subroutine evaluate_points
   end subroutine find_point_results
 
-  !> Cells of elements are integrated apart from their points; their points follow a continuous gradient.
+  !> Returns whether points follow a recovered, continuous gradient: where full cells of an element mesh are integrated
+  !> separately from their points.
   pure logical function recovers(model)
     type(model_type), intent(in) :: model
 
@@ -427,7 +431,7 @@ contains
       .and. model%analysis%method%basis /= basis_fem
   end function recovers
 
-  !> Give the material points their results.
+  !> Stores the results at the material points.
   subroutine take_point_results(self, source, laws, points)
     class(soil_type), intent(in) :: self
     !> Material point of each result.
@@ -450,14 +454,14 @@ contains
     end associate
   end subroutine take_point_results
 
-  !> Add the strains of a step, before the points take its stresses, where results ask for them (*FIELD, STRAIN): the
-  !> left Cauchy-Green tensor of a point is deformed by the gradient that its law has seen, so that strain, volume and
-  !> stress belong together under any treatment of volumetric locking; and the plastic shear strain is
-  !> added. A law that tells which points yield adds nothing elsewhere.
+  !> Adds the strains of a step, before the points receive its stresses, where they are requested as results (*FIELD,
+  !> STRAIN). The left Cauchy-Green tensor of a point is updated with the deformation gradient of its law, so that
+  !> strain, volume and stress are consistent under any treatment of volumetric locking; the plastic shear strain is
+  !> accumulated. A law that reports which points yield adds nothing elsewhere.
   subroutine add_strains(results, source, laws, points)
-    !> What the laws said, with the deformation gradients of the step.
+    !> Results of the laws, with the deformation gradients of the step.
     type(results_type), intent(in) :: results
-    !> Material point behind each result (n).
+    !> Material point of each result (n).
     integer, intent(in) :: source(:)
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)

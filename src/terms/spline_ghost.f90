@@ -1,13 +1,13 @@
-!> Ghost penalty of splines and GIMP:
+!> Ghost penalty of splines and GIMP on the faces of boundary cells.
 !>   sum over k of  g E h^(2k-1) int_F [d_n^k N_a][d_n^k N_b] dF
-!> over the faces F between touched cells of which one lies at the boundary; k runs from the first
-!> derivative that jumps to the degree: the degree itself at a simple knot, from one at a reduced knot. A face is
-!> a product of a jump along its normal and mass matrices along its sides. E is that of the softer cell: beside a body
-!> of concrete the displacement of soil has a kink, which the modulus of concrete would hold against the soil.
+!> over the faces F between touched cells of which one is a boundary cell; k runs from the first derivative that is
+!> discontinuous to the degree: only the degree at a simple knot, from one at a reduced knot. The matrix of a face is a
+!> product of a jump along its normal and mass matrices along its sides. E is that of the softer cell: next to a
+!> concrete body the displacement of soil has a kink, which a penalty with the modulus of concrete would suppress.
 !>
-!> Cells that only the domain of a point reaches into take part: their functions have equations and
-!> little else to hold them. There is no face between a cell and an untouched one, so nothing couples
-!> across a plate or into an open slot.
+!> Cells that contain only a part of the domain of a point are included: their functions have equations but little
+!> stiffness. There is no face between a cell and an untouched one, so that nothing is coupled across a plate or into an
+!> open slot.
 module qsmpm_spline_ghost
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
@@ -20,7 +20,7 @@ module qsmpm_spline_ghost
 
   public :: build_spline_ghost
 
-  !> Most functions along the normal of a face: two cells at a reduced knot.
+  !> Largest number of functions along the normal of a face: two cells at a reduced knot.
   integer, parameter :: most_at_face = 2*highest_degree + 1
   !> Four Gauss points integrate products of cubics.
   real(wp), parameter :: gauss_place(4) = [-0.861136311594052575_wp, -0.339981043584856265_wp, &
@@ -30,7 +30,7 @@ module qsmpm_spline_ghost
 
 contains
 
-  !> Penalty on all faces of boundary cells.
+  !> Builds the penalty on all faces of boundary cells.
   subroutine build_spline_ghost(mesh, space, activation, factor, stiffness, near, stabilisation)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
@@ -39,7 +39,7 @@ contains
     real(wp), intent(in) :: factor
     !> Young's modulus in each active cell (known_count).
     real(wp), intent(in) :: stiffness(:)
-    !> Faces of these cells are penalised (cell_count).
+    !> Cells whose faces are penalised (cell_count).
     logical, intent(in) :: near(:)
     !> The stabilisation terms.
     type(penalty_matrices_type), intent(inout) :: stabilisation
@@ -68,7 +68,7 @@ contains
     end do
   end subroutine build_spline_ghost
 
-  !> Boundary cells: as point location has it, with touched in the place of active.
+  !> Marks the boundary cells: by the definition of point location, with touched instead of active cells.
   subroutine mark_boundary(mesh, activation, boundary)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
@@ -86,7 +86,7 @@ contains
     end do
   end subroutine mark_boundary
 
-  !> Young's modulus of every touched cell; one without points takes the largest around it.
+  !> Sets Young's modulus of every touched cell; one without points receives the largest of its neighbours.
   subroutine spread_stiffness(mesh, activation, stiffness, young)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
@@ -107,13 +107,13 @@ contains
     end do
   end subroutine spread_stiffness
 
-  !> Control points that the two cells at each face see: a block.
+  !> Collects the control points of the two cells at each face: a block.
   subroutine patches_of_faces(mesh, space, faces, stabilisation)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     !> Interior faces.
     integer, intent(in) :: faces(:)
-    !> Its patches are set.
+    !> Penalty whose patches are set.
     type(penalty_matrices_type), intent(inout) :: stabilisation
     integer :: first(3, size(faces)), count(3, size(faces)), k, normal
 
@@ -134,16 +134,16 @@ contains
     end associate
   end subroutine patches_of_faces
 
-  !> Axis normal to the face between two cells, and the block of functions they see.
+  !> Finds the axis normal to the face between two cells, and the block of their functions.
   pure subroutine face_block(space, dimension, one, two, normal, first, count)
     type(space_type), intent(in) :: space
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> The cells, the first one below the second.
+    !> Numbers of the cells, the first one below the second.
     integer, intent(in) :: one, two
-    !> Axis across the face.
+    !> Axis normal to the face.
     integer, intent(out) :: normal
-    !> First function and how many along each axis.
+    !> First function and number of functions along each axis.
     integer, intent(out) :: first(3), count(3)
     integer :: at(3), beyond(3), a
 
@@ -161,11 +161,11 @@ contains
     end do
   end subroutine face_block
 
-  !> Matrix of one face.
+  !> Computes the matrix of one face.
   subroutine face_penalty(mesh, space, one, two, factor, matrix)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
-    !> The cells, the first one below the second.
+    !> Numbers of the cells, the first one below the second.
     integer, intent(in) :: one, two
     !> g E.
     real(wp), intent(in) :: factor
@@ -204,10 +204,10 @@ contains
     end do
   end subroutine face_penalty
 
-  !> Squares of the jumps at the line above a cell, scaled by h^(2k-1).
+  !> Computes the squares of the jumps at the grid line above a cell, scaled by h^(2k-1).
   pure subroutine jump_matrix(axis, cell, matrix)
     type(spline_axis_type), intent(in) :: axis
-    !> The cell below the line.
+    !> The cell below the grid line.
     integer, intent(in) :: cell
     !> Leading part is set, the rest zero.
     real(wp), intent(out) :: matrix(:, :)
@@ -229,7 +229,7 @@ contains
     end do
   end subroutine jump_matrix
 
-  !> int N_i N_j dx over a cell.
+  !> Computes int N_i N_j dx over a cell.
   pure subroutine mass_matrix(axis, cell, matrix)
     type(spline_axis_type), intent(in) :: axis
     integer, intent(in) :: cell

@@ -1,4 +1,4 @@
-!> The terms of every analysis, in the order in which they are added up.
+!> Terms of every analysis, in the order in which they are added up.
 module qsmpm_standard_terms
   use qsmpm_boundary_stabilisation, only: new_boundary_stabilisation
   use qsmpm_contacts, only: new_contacts
@@ -19,7 +19,7 @@ module qsmpm_standard_terms
 
 contains
 
-  !> All of them, without scratch.
+  !> Creates all terms, without scratch data.
   subroutine standard_terms(terms)
     type(term_slot_type), allocatable, intent(out) :: terms(:)
 
@@ -36,7 +36,7 @@ contains
     call new_pore_flow(terms(10)%term)
   end subroutine standard_terms
 
-  !> Columns of curves.csv for their shares, a comma in front of each.
+  !> Returns the columns of curves.csv for their shares, each preceded by a comma.
   function standard_shares() result(names)
     character(len=:), allocatable :: names
     type(term_slot_type), allocatable :: terms(:)
@@ -45,7 +45,7 @@ contains
     names = share_names(terms)
   end function standard_shares
 
-  !> One more term behind the others.
+  !> Appends a term.
   subroutine append_term(terms, term)
     type(term_slot_type), allocatable, intent(inout) :: terms(:)
     class(term_type), intent(in) :: term

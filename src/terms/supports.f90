@@ -1,16 +1,16 @@
-!> Surfaces held where they cut the grid: a stiff spring at every surface point.
+!> Supported surfaces that cut the grid: a stiff spring at every surface point.
 !>
 !>   force on the nodes   N_a k A P (x + u - x0 - d),  P = n n' (slides on its plane) or 1 (sticks)
 !>   stiffness            N_a N_b k A P,                k = strength E / h
 !>
-!> with the point's area A, its place x at the start of the step, its place x0 and unit normal n when
-!> the support began. The gap is the total one, so that nothing drifts from step to step: it stays below
-!> traction h/(strength E). The spring's force is a reaction, not a stabilisation; the surface points keep it, so that
-!> a phase that frees or changes the support can lower it. docs/methods/supports.md.
+!> with the area A of the point, its position x at the start of the step, its position x0 and unit normal n at the start
+!> of the support. The gap is the total one, so that no error accumulates from step to step: it remains below traction
+!> h/(strength E). The force of the spring is a reaction, not a stabilisation; it is stored at the surface points, so
+!> that a phase that releases or changes the support can reduce it. docs/methods/supports.md.
 !>
-!> The outline of a cavity that is contracted has moved by d towards its middle (qsmpm_cavities), else d is zero. One
-!> that is free is a node of its own besides (field `lining_motion`), with N = -1 at all its points: along the vertical
-!> the sum of its springs is zero. x0 moves along with it.
+!> The outline of a contracting cavity has moved by d towards its centre (qsmpm_cavities), otherwise d is zero. A free
+!> outline is an additional node (field `lining_motion`), with N = -1 at all its points: the vertical sum of its springs
+!> is zero. x0 moves with it.
 module qsmpm_supports
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: support_none, support_all
@@ -32,25 +32,25 @@ module qsmpm_supports
 
   public :: supports_type, new_supports, support_block
 
-  !> Spring stiffness over E/h: high enough for a gap invisible beside the error in space, low enough
-  !> for the equations (verification/cases/inclined.toml).
+  !> Spring stiffness over E/h: high enough for a gap that is negligible compared with the discretisation error, low
+  !> enough for the condition of the equations (verification/cases/inclined.toml).
   real(wp), parameter :: strength = 1.0e3_wp
 
-  !> Motion of outlines that are free, one node a surface.
+  !> Field of the motion of free outlines, one node per surface.
   character(len=*), parameter :: motion_name = 'lining_motion'
 
-  !> Springs, one a held surface point; their node lists are the patches.
+  !> Springs, one per supported surface point; the patches are their node lists.
   type, extends(term_type) :: supports_type
     !> Surface point of each spring (springs).
     integer, allocatable :: point(:)
     !> Basis functions (most nodes, springs), stiffness times area (springs).
     real(wp), allocatable :: shape(:, :), stiffness(:)
-    !> Directions held (dimension, dimension, springs) and the gap at the start of the step.
+    !> Constrained directions (dimension, dimension, springs) and the gap at the start of the step.
     real(wp), allocatable :: projection(:, :, :), gap(:, :)
     !> d at the end of the step (dimension, springs).
     real(wp), allocatable :: closure(:, :)
-    !> Column of the outline that each spring is of in the table of unknowns, 0 for one that is not free; whether this
-    !> process counts it there; size of its force (springs).
+    !> Column in the table of unknowns of the outline of each spring, 0 if the outline is not free; whether this process
+    !> counts the spring there; magnitude of its force (springs).
     integer, allocatable :: column(:)
     logical, allocatable :: counted(:)
     real(wp), allocatable :: size_here(:)
@@ -69,7 +69,7 @@ module qsmpm_supports
 
 contains
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_supports(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -78,7 +78,7 @@ contains
     term%anchors = .true.
   end subroutine new_supports
 
-  !> Motion of the outlines, where one may be free.
+  !> Requests the field of the motion of the outlines, where one may be free.
   subroutine choose_fields(self, model)
     class(supports_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -94,7 +94,7 @@ contains
     if (floats) call self%need_field(motion_name, model%mesh%dimension, node_count=size(model%analysis%surfaces))
   end subroutine choose_fields
 
-  !> Only those that are free move, along the vertical.
+  !> Constrains all motions except the vertical one of free outlines.
   subroutine prescribe(self, model, fraction, constrained, values)
     class(supports_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -114,7 +114,7 @@ contains
     end associate
   end subroutine prescribe
 
-  !> Column of a surface in the table of unknowns; 0 where there is no such field.
+  !> Returns the column of a surface in the table of unknowns; 0 where there is no such field.
   pure integer function column_of(self, surface) result(column)
     class(supports_type), intent(in) :: self
     integer, intent(in) :: surface
@@ -124,7 +124,7 @@ contains
       column = joint_node(self%unknowns, surface, find_field(self%unknowns, motion_name))
   end function column_of
 
-  !> The springs of a step.
+  !> Sets up the springs of a step.
   subroutine prepare(self, model, configuration)
     class(supports_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -154,7 +154,7 @@ contains
     end associate
   end subroutine prepare
 
-  !> Outlines that are free are a node of all their springs.
+  !> Adds free outlines as a node of all their springs.
   subroutine add_outlines(self, model, place)
     class(supports_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -174,7 +174,7 @@ contains
     end do
   end subroutine add_outlines
 
-  !> Put the outlines of cavities where they are at a fraction of the phase.
+  !> Moves the outlines of cavities to their position at a fraction of the phase.
   subroutine set_load(self, model, configuration, fraction)
     class(supports_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -193,7 +193,7 @@ contains
     end associate
   end subroutine set_load
 
-  !> How large the forces are that outlines which are free balance.
+  !> Computes the magnitudes of the forces that are in balance at free outlines.
   subroutine evaluate(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     class(supports_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -212,7 +212,7 @@ contains
     end do
   end subroutine evaluate
 
-  !> What the equations of outlines that are free refer to.
+  !> Adds the reference values of the equations of free outlines.
   subroutine add_sizes(self, sizes)
     class(supports_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
@@ -226,11 +226,11 @@ contains
     end do
   end subroutine add_sizes
 
-  !> n n', or the identity.
+  !> Returns n n', or the identity.
   pure function directions(normal, all_held) result(projection)
     !> Unit normal (dimension).
     real(wp), intent(in) :: normal(:)
-    !> Whether every direction is held.
+    !> Every direction is constrained.
     logical, intent(in) :: all_held
     real(wp) :: projection(size(normal), size(normal))
     integer :: c
@@ -242,7 +242,7 @@ contains
     end do
   end function directions
 
-  !> The surface points keep what the springs push at them.
+  !> Stores the reactions of the springs at the surface points.
   subroutine commit(self, displacement, model)
     class(supports_type), intent(inout) :: self
     !> (dimension, nodes)
@@ -259,10 +259,10 @@ contains
     end do
   end subroutine commit
 
-  !> Force of one spring for a displacement of the step.
+  !> Returns the force of one spring for a displacement of the step.
   pure function spring_force(supports, k, displacement) result(force)
     class(supports_type), intent(in) :: supports
-    !> Which of them.
+    !> Number of the spring.
     integer, intent(in) :: k
     !> (dimension, node_count)
     real(wp), intent(in) :: displacement(:, :)
@@ -277,7 +277,7 @@ contains
     force = supports%stiffness(k)*matmul(supports%projection(:, :, k), force)
   end function spring_force
 
-  !> Force of the springs.
+  !> Adds the force of the springs.
   subroutine add_force(self, displacement, force)
     class(supports_type), intent(in) :: self
     !> (dimension, nodes)
@@ -298,7 +298,7 @@ contains
     end do
   end subroutine add_force
 
-  !> Stiffness of the springs.
+  !> Adds the stiffness of the springs.
   subroutine add_blocks(self, displacement, equations, matrix)
     class(supports_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
@@ -311,11 +311,11 @@ contains
     end do
   end subroutine add_blocks
 
-  !> Stiffness of one spring (dimension, nodes, dimension, nodes).
+  !> Returns the stiffness of one spring (dimension, nodes, dimension, nodes).
   pure function support_block(supports, k) result(block)
     !> The springs.
     class(supports_type), intent(in) :: supports
-    !> Which of them.
+    !> Number of the spring.
     integer, intent(in) :: k
     real(wp), allocatable :: block(:, :, :, :)
     integer :: a, b, n, d

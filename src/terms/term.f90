@@ -1,27 +1,27 @@
-!> One term of the equations of a step: what pushes at the nodes, or resists.
+!> Interface of a term of the equations of a step: a load on the nodes, or a resistance.
 !>
 !>   sum f_external - sum f_internal - sum f_numerical = 0
 !>
-!> The soil is one, every load, support or penalty another. The step knows them as an array alone and goes through it
-!> for residual, matrix, linear force of prescribed displacements, shares and messages (qsmpm_term_sums), always in the
-!> same order. A new term is an extension of `term_type` and a line in qsmpm_standard_terms, or `add_term` of whoever
-!> holds the analysis. A solve calls it in this order:
+!> The soil is one term, every load, support or penalty another. The step stores them as an array and loops over it for
+!> residual, matrix, linear force of prescribed displacements, shares and messages (qsmpm_term_sums), always in the same
+!> order. A new term is an extension of `term_type` and a line in qsmpm_standard_terms, or is passed to `add_term` by
+!> the program that owns the analysis. A solve calls its procedures in this order:
 !>
-!>   prepare, couple      node lists and scratch of the step, from the state
-!>   begin                when the step takes place, damping and fading of numerical terms
-!>   set_load             loads as they stand at a fraction of the phase: that of the start, then that of the end
+!>   prepare, couple      node lists and scratch data of the step, from the state
+!>   begin                time of the step, damping and reduction of numerical terms
+!>   set_load             loads at a fraction of the phase: that of the start, then that of the end
 !>   evaluate, judge, add_force, add_blocks, ...   for each trial displacement
-!>   keep_nodal           when there is equilibrium, before points move and nodes are numbered anew
-!>   commit or discard    exactly once, when the solve is taken or not
+!>   keep_nodal           in equilibrium, before points move and nodes are renumbered
+!>   commit or discard    exactly once, when the solve is accepted or not
 !>
-!> What a term holds is parameters and scratch. What it keeps from step to step (multipliers, a history) it lays into
-!> `model%state%kept` under a name of its own (`start`) and changes in `keep_nodal` and `commit` alone:
-!> checkpoint, restart file and a step that is cut then bring it back without knowing it.
+!> A term contains parameters and scratch data. Data that it stores from step to step (multipliers, a history) are
+!> allocated in `model%state%kept` under a name of its own (`start`) and changed in `keep_nodal` and `commit` only:
+!> checkpoint, restart file and a cut-back then restore them without further code.
 !>
-!> A term that needs fields beside the displacement names them (`need_field`): they are then unknowns of the step
-!> (qsmpm_nodal_fields), `prescribe` gives their values where they are known, and the term gets the table of all
-!> unknowns where another gets the displacement alone. It finds its nodes in it by `joint_node`. A term that the program
-!> makes itself names them in `choose_fields`, when it knows the scene.
+!> A term that requires fields in addition to the displacement names them (`need_field`): they are then unknowns of the
+!> step (qsmpm_nodal_fields), `prescribe` sets their known values, and the term receives the table of all unknowns
+!> instead of the displacement. It finds its nodes there by `joint_node`. A term that the program creates names them in
+!> `choose_fields`, when the model is known.
 module qsmpm_term
   use qsmpm_kinds, only: wp
   use qsmpm_configuration, only: configuration_type
@@ -41,11 +41,11 @@ module qsmpm_term
 
   public :: term_type, term_slot_type, increment_type, failure_type, force_sizes_type
 
-  !> What the force of a term is in the balance: a load; a resistance, part of the reactions and of the internal work;
-  !> or a help of the method that is no part of the physics.
+  !> Role of the force of a term in the balance: a load; a resistance, part of the reactions and of the internal work;
+  !> or a numerical term that is not part of the physics.
   integer, parameter, public :: role_external = 1, role_internal = 2, role_numerical = 3
 
-  !> What a step is asked to be, beside its loads.
+  !> Parameters of a step in addition to its loads.
   type :: increment_type
     type(step_info_type) :: step_info
     !> Coefficient of the proximal damping per volume and displacement; 0 in a static step.
@@ -54,26 +54,26 @@ module qsmpm_term
     real(wp) :: stabilisation = 1.0_wp
   end type increment_type
 
-  !> Why a trial displacement cannot be evaluated.
+  !> Reason why a trial displacement cannot be evaluated.
   type :: failure_type
     logical :: failed = .false.
-    !> No smaller step will help: a model has failed.
+    !> A smaller step does not help: a law has failed.
     logical :: unrecoverable = .false.
     !> One of the error codes.
     integer :: cause = error_not_converged
-    !> Load fraction that may be tried next; 0 for not set.
+    !> Load fraction that may be tried next; 0 if not set.
     real(wp) :: share = 0.0_wp
-    !> Sentence; unallocated where there is none better than that of the caller.
+    !> Text; unallocated where that of the caller is used.
     character(len=:), allocatable :: reason
   end type failure_type
 
-  !> Internal forces by their size, which do not cancel: what shares refer to.
+  !> Internal forces by magnitude, without cancellation: reference values of the shares.
   type :: force_sizes_type
-    !> Sum of the contributions by their size (components, nodes).
+    !> Sum of the magnitudes of the contributions (components, nodes).
     real(wp), allocatable :: force(:, :)
-    !> Work of the contributions on the displacement by their size.
+    !> Sum of the magnitudes of the work of the contributions on the displacement.
     real(wp) :: work = 0.0_wp
-    !> Largest sum at a node, of all processes of a team, the own nodes, and how values at those of others come.
+    !> Largest sum at a node of all processes of a team, the owned nodes, and the exchange of values at other nodes.
     real(wp) :: most = 0.0_wp
     logical, allocatable :: own(:)
     type(team_type) :: team
@@ -86,25 +86,25 @@ module qsmpm_term
     !> For messages: 'the NAME has a value ...'.
     character(len=:), allocatable :: name
     integer :: role = role_internal
-    !> Column of curves.csv with the share that it carries; unallocated for none.
+    !> Column of curves.csv with its share; unallocated for none.
     character(len=:), allocatable :: share_name
-    !> A step is accepted by the residual without it.
+    !> A step is accepted by the residual without this term.
     logical :: transient = .false.
-    !> It holds the body against the ground, which rigid motions of a piece do not satisfy.
+    !> The term supports the body against the ground, so that rigid motions of a part are not free.
     logical :: anchors = .false.
-    !> It is a force of rigid bodies, which may be all that a phase moves.
+    !> The term is a force of rigid bodies, which may be the only change of load in a phase.
     logical :: of_bodies = .false.
-    !> Its blocks are symmetric; known when it is prepared.
+    !> Its blocks are symmetric; set by `prepare`.
     logical :: symmetric = .true.
-    !> Points whose stress an evaluation updates, for the profile of the run.
+    !> Number of points whose stress an evaluation updates, for the profile of the run.
     integer :: point_count = 0
-    !> Node lists that couple, one for each block.
+    !> Lists of coupled nodes, one for each block.
     type(connectivity_type) :: connectivity
     !> Number of the first of these lists among those of all terms; set by the step.
     integer :: first_stencil = 0
-    !> Fields beside the displacement that it needs, and those of the step; set by the step.
+    !> Fields that it requires in addition to the displacement, and those of the step; set by the step.
     type(unknowns_type) :: needs, unknowns
-    !> Rows and columns of the table of unknowns that it gets; set by the step.
+    !> Rows and columns of the table of unknowns that it receives; set by the step.
     integer :: rows = 0, columns = 0
   contains
     procedure :: need_field
@@ -127,13 +127,13 @@ module qsmpm_term
     procedure :: discard => discard_nothing
   end type term_type
 
-  !> One place of the array of terms.
+  !> Element of the array of terms.
   type :: term_slot_type
     class(term_type), allocatable :: term
   end type term_slot_type
 
   abstract interface
-    !> Find what couples, and the scratch of a step, from the state.
+    !> Finds the coupled nodes and the scratch data of a step from the state.
     subroutine prepare_interface(self, model, configuration)
       import :: term_type, model_type, configuration_type
       class(term_type), intent(inout) :: self
@@ -141,41 +141,41 @@ module qsmpm_term
       type(configuration_type), intent(in) :: configuration
     end subroutine prepare_interface
 
-    !> Add the force at a displacement of the step that has been evaluated.
+    !> Adds the force at a displacement of the step that has been evaluated.
     subroutine force_interface(self, displacement, force)
       import :: term_type, wp
       class(term_type), intent(in) :: self
       !> (components, nodes)
       real(wp), intent(in) :: displacement(:, :)
-      !> As a load where the role is external, as a resistance otherwise (components, nodes). At unknowns that belong
-      !> to no node the share of this process, whose sum over a team is the whole.
+      !> A load where the role is external, otherwise a resistance (components, nodes). At unknowns that belong to no
+      !> node it is the contribution of this process, whose sum over a team is the whole.
       real(wp), intent(inout) :: force(:, :)
     end subroutine force_interface
   end interface
 
 contains
 
-  !> Lay what is kept from step to step into the state, where it is not there already. Nothing, unless extended.
+  !> Allocates data stored from step to step in the state, unless they exist. Nothing, unless extended.
   subroutine start_nothing(self, model)
     class(term_type), intent(in) :: self
     type(model_type), intent(inout) :: model
   end subroutine start_nothing
 
-  !> Name the fields that the scene makes necessary; called before all else. None, unless extended.
+  !> Requests the fields that the model requires; called before all else. None, unless extended.
   subroutine choose_no_fields(self, model)
     class(term_type), intent(inout) :: self
     type(model_type), intent(in) :: model
   end subroutine choose_no_fields
 
-  !> Need a field on the space of the displacement, or on nodes of its own that no mesh has; terms that name the same
-  !> one share it. Its values at the nodes are kept under its name.
+  !> Requests a field on the space of the displacement, or on separate nodes that belong to no mesh; terms that name the
+  !> same field share it. Its nodal values are stored under its name.
   subroutine need_field(self, name, components, tolerance_ratio, node_count)
     class(term_type), intent(inout) :: self
     character(len=*), intent(in) :: name
     integer, intent(in) :: components
-    !> Relative residual that is allowed, over that allowed to the forces; 1 unless given.
+    !> Allowed relative residual, over that of the forces; 1 unless given.
     real(wp), intent(in), optional :: tolerance_ratio
-    !> Nodes of its own; those of the displacement when absent.
+    !> Number of separate nodes; those of the displacement when absent.
     integer, intent(in), optional :: node_count
     integer :: nodes
 
@@ -184,8 +184,8 @@ contains
     call add_field(self%needs, name, components, nodes, tolerance_ratio)
   end subroutine need_field
 
-  !> Mark components of fields beside the displacement that are constrained, and put in the values that they have at a
-  !> load fraction of the phase. Nothing, unless extended.
+  !> Marks constrained components of fields other than the displacement, and sets their values at a load fraction of the
+  !> phase. Nothing, unless extended.
   subroutine prescribe_nothing(self, model, fraction, constrained, values)
     class(term_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -195,7 +195,7 @@ contains
     real(wp), intent(inout) :: values(:, :)
   end subroutine prescribe_nothing
 
-  !> Put the node lists behind those of the terms before.
+  !> Appends the node lists to those of the preceding terms.
   subroutine couple_patches(self, configuration, connectivity)
     class(term_type), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
@@ -204,13 +204,13 @@ contains
     call append_patches(connectivity, self%connectivity)
   end subroutine couple_patches
 
-  !> Take notice of what the step is asked to be. Nothing, unless extended.
+  !> Receives the parameters of the step. Nothing, unless extended.
   subroutine begin_nothing(self, increment)
     class(term_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
   end subroutine begin_nothing
 
-  !> Put loads in force. Nothing, unless extended.
+  !> Applies loads. Nothing, unless extended.
   subroutine set_no_load(self, model, configuration, fraction)
     class(term_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -219,42 +219,42 @@ contains
     real(wp), intent(in) :: fraction
   end subroutine set_no_load
 
-  !> Do what is done once for a trial displacement, before its force and blocks are asked for. A term that forms its
-  !> blocks on the way adds them here. Nothing, unless extended.
+  !> Performs the computations needed once for a trial displacement, before its force and blocks are requested. A term
+  !> that forms its blocks here also adds them. Nothing, unless extended.
   subroutine evaluate_nothing(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     class(term_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     !> (components, nodes)
     real(wp), intent(in) :: displacement(:, :)
-    !> tangent_none, tangent_consistent or tangent_elastic: whether blocks will be wanted.
+    !> tangent_none, tangent_consistent or tangent_elastic: whether blocks will be requested.
     integer, intent(in) :: tangent
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(inout) :: matrix
     !> Set where the displacement cannot be evaluated.
     type(failure_type), intent(inout) :: failure
-    !> Displacements whose linear force will be wanted (components, nodes).
+    !> Displacements whose linear force will be requested (components, nodes).
     real(wp), intent(in), optional :: prescribed(:, :)
   end subroutine evaluate_nothing
 
-  !> Judge a trial displacement that no process has failed to evaluate: what only all of a team can tell together, each
-  !> of which takes part. Nothing, unless extended.
+  !> Assesses a trial displacement that all processes have evaluated, by criteria that require all processes of the
+  !> team, each of which takes part. Nothing, unless extended.
   subroutine judge_nothing(self, model, displacement, failure)
     class(term_type), intent(in) :: self
     type(model_type), intent(in) :: model
     !> (components, nodes)
     real(wp), intent(in) :: displacement(:, :)
-    !> Set where it cannot be taken, on all processes at once.
+    !> Set on all processes at once where the displacement is not acceptable.
     type(failure_type), intent(inout) :: failure
   end subroutine judge_nothing
 
-  !> Add the sizes of the force. Nothing, unless extended: shares refer to the soil.
+  !> Adds the magnitudes of the force. Nothing, unless extended: shares refer to the soil.
   subroutine add_no_sizes(self, sizes)
     class(term_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
   end subroutine add_no_sizes
 
-  !> Add the derivatives of the resistance, of a load with a minus, to the matrix: block k at the node list
+  !> Adds the derivatives of the resistance, or of a load with negative sign, to the matrix: block k at the node list
   !> first_stencil + k - 1. Nothing, unless extended.
   subroutine add_no_blocks(self, displacement, equations, matrix)
     class(term_type), intent(in) :: self
@@ -264,8 +264,8 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
   end subroutine add_no_blocks
 
-  !> Add the resistance that displacements from the start of the step call up: the change of the force, exact for a
-  !> linear term and good enough for another, since it only begins the iteration.
+  !> Adds the resistance due to displacements from the start of the step: the change of the force. It is exact for a
+  !> linear term and sufficient for others, because it only starts the iteration.
   subroutine add_change_of_force(self, displacement, force)
     class(term_type), intent(in) :: self
     !> (components, nodes)
@@ -286,7 +286,7 @@ contains
     end if
   end subroutine add_change_of_force
 
-  !> Set a force to zero at the nodes that other processes answer for.
+  !> Sets a force to zero at the nodes owned by other processes.
   pure subroutine keep_own(self, force)
     class(force_sizes_type), intent(in) :: self
     !> (components, nodes)
@@ -296,7 +296,7 @@ contains
     where (spread(.not. self%own(:size(force, 2)), 1, size(force, 1))) force = 0.0_wp
   end subroutine keep_own
 
-  !> What it carries of a solve: its force over that of the load, unless extended.
+  !> Measures the share in a solve: the force relative to that of the load, unless extended.
   subroutine measure_by_load(self, displacement, load_norm, connectivity, sizes, share)
     class(term_type), intent(in) :: self
     !> Displacement of the solve (components, nodes).
@@ -304,7 +304,7 @@ contains
     real(wp), intent(in) :: load_norm
     !> Node lists of all terms.
     type(connectivity_type), intent(in) :: connectivity
-    !> Internal forces at the displacement.
+    !> Internal forces by magnitude at the displacement.
     type(force_sizes_type), intent(in) :: sizes
     type(solve_share_type), intent(out) :: share
     real(wp) :: force(size(displacement, 1), size(displacement, 2))
@@ -315,9 +315,9 @@ contains
     share = share_of_load(self%share_name, force, load_norm)
   end subroutine measure_by_load
 
-  !> The solve is in equilibrium, and nodes are numbered as in `prepare`: what the term keeps by node follows here, goes
-  !> with the nodes when they get other numbers, and is put back where the solve is not taken after all (a point that
-  !> leaves the mesh). Nothing, unless extended.
+  !> Updates data stored by node. The solve is in equilibrium, and nodes are numbered as in `prepare`; the data are
+  !> renumbered with the nodes, and restored where the solve is not accepted after all (a point that leaves the mesh).
+  !> Nothing, unless extended.
   subroutine keep_no_nodal(self, displacement, kept)
     class(term_type), intent(in) :: self
     !> (components, nodes)
@@ -325,8 +325,8 @@ contains
     type(kept_arrays_type), intent(inout) :: kept
   end subroutine keep_no_nodal
 
-  !> The solve is taken: the points have moved, nodes and cells of the model may be numbered anew, the displacement is
-  !> in the numbers of `prepare`. Nothing, unless extended.
+  !> Updates stored data after an accepted solve: the points have moved, nodes and cells of the model may be renumbered,
+  !> the displacement has the numbering of `prepare`. Nothing, unless extended.
   subroutine commit_nothing(self, displacement, model)
     class(term_type), intent(inout) :: self
     !> (components, nodes)
@@ -334,7 +334,7 @@ contains
     type(model_type), intent(inout) :: model
   end subroutine commit_nothing
 
-  !> The solve is not taken. Nothing, unless extended: scratch is made anew by `prepare`.
+  !> Called when the solve is not accepted. Nothing, unless extended: `prepare` recreates scratch data.
   subroutine discard_nothing(self)
     class(term_type), intent(inout) :: self
   end subroutine discard_nothing

@@ -1,16 +1,15 @@
-!> What terms that are no part of the physics carry of a step: the measures by which a step is accepted or
-!> re-equilibrated, and which the log and curves.csv show.
+!> Shares of terms that are not part of the physics: the measures by which a step is accepted or re-equilibrated, and
+!> which are printed in the log and in curves.csv.
 !>
-!> The force of the proximal damping is measured by that of the load, |g|/|f_load|. The force g = G du that the
-!> boundary stabilisation leaves behind in the last solve of a step is one that the material does not carry; its
-!> share is the larger of
+!> The share of the proximal damping is its force relative to that of the load, |g|/|f_load|. The force g = G du of the
+!> boundary stabilisation in the last solve of a step is not supported by the material; its share is the larger of
 !>
 !>   work    g . du / sum_i sum_c |f_c . du_i|
 !>   force   max over nodes a of |g_a| / max over b of F_b,   F_b = sum_c |f_cb|
 !>
 !> over the solves i of the step and the cells c with their internal forces f_c; b runs over the nodes of two layers of
-!> cells around a. Neither denominator cancels, so that a slender body in bending, whose load is small against its
-!> stresses, is judged by its stresses. docs/methods/ghost.md
+!> cells around a. There is no cancellation in the denominators, so that a slender body in bending, whose load is small
+!> compared with its stresses, is assessed by its stresses. docs/methods/ghost.md
 module qsmpm_term_share
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of, joint_norm
@@ -23,19 +22,19 @@ module qsmpm_term_share
   public :: solve_share_type, step_share_type, share_of_load, share_of_cells, join_share, add_solves, &
     share_named, load_share_named, forces_around, quotient
 
-  !> Columns of curves.csv that step control asks for.
+  !> Columns of curves.csv used by step control.
   character(len=*), parameter, public :: damping_share = 'damping_share', stabilisation_share = 'stabilisation_share'
 
-  !> Layers of cells around a node whose internal forces its share refers to: one cell of quadratic triangles at
-  !> the tip of a toe has next to no stress, two layers of any elements reach the next stressed cells.
+  !> Layers of cells around a node whose internal forces are the reference of its share: one cell of quadratic triangles
+  !> at the tip of a toe has nearly no stress, two layers of any elements reach the next stressed cells.
   integer, parameter :: layers = 2
-  !> Internal forces below this part of the largest one are rounding or next to it: no share refers to them.
+  !> Ratio to the largest internal force below which forces are close to rounding and not used as a reference.
   real(wp), parameter :: quiet = 1.0e-3_wp
 
-  !> What a term does in one solve.
+  !> Results of a term in one solve.
   type :: solve_share_type
     character(len=:), allocatable :: name
-    !> Share of the load, and whether it is that of the cells below that counts.
+    !> Share of the load, and whether the shares relative to the cells below apply instead.
     real(wp) :: load_share = 0.0_wp
     logical :: of_cells = .false.
     !> g . du, and sum_c |f_c . du|.
@@ -43,22 +42,22 @@ module qsmpm_term_share
     real(wp) :: internal_work = 0.0_wp
     !> Largest share of the internal force around a node.
     real(wp) :: force_share = 0.0_wp
-    !> Node where that is, 0 where it is a node of another process.
+    !> Node of the largest share, 0 where it belongs to another process.
     integer :: node = 0
   end type solve_share_type
 
-  !> Internal work of the solves of a step, and the share of a term after the last one.
+  !> Internal work of the solves of a step, and share of a term after the last one.
   type :: step_share_type
     character(len=:), allocatable :: name
     real(wp) :: internal_work = 0.0_wp
     real(wp) :: share = 0.0_wp
-    !> That of the work, which counts for the whole body.
+    !> Share of the work, which applies to the whole body.
     real(wp) :: work_share = 0.0_wp
   end type step_share_type
 
 contains
 
-  !> A force over that of the load.
+  !> Returns a force relative to that of the load.
   pure type(solve_share_type) function share_of_load(name, force, load_norm) result(share)
     character(len=*), intent(in) :: name
     !> (components, nodes)
@@ -69,20 +68,21 @@ contains
     share%load_share = quotient(norm2(force), load_norm)
   end function share_of_load
 
-  !> A force over those of the cells. Processes of a team find the part of it at their own nodes, all at once.
+  !> Returns a force relative to those of the cells. Processes of a team find the part of it at their owned nodes, all
+  !> at once.
   function share_of_cells(name, force, displacement, connectivity, force_size, work_size, most, team, copies) &
     result(share)
     character(len=*), intent(in) :: name
     !> g, displacement of the solve, and F (components, nodes).
     real(wp), intent(in) :: force(:, :), displacement(:, :), force_size(:, :)
-    !> The nodes of all cells and terms.
+    !> Node lists of all cells and terms.
     type(connectivity_type), intent(in) :: connectivity
     !> sum_c |f_c . du|.
     real(wp), intent(in) :: work_size
     !> Largest F of all nodes.
     real(wp), intent(in) :: most
     type(team_type), intent(in) :: team
-    !> Values at nodes of others.
+    !> Exchange of values at nodes of other processes.
     type(owner_copies_type), intent(in) :: copies
     type(solve_share_type) :: share
     real(wp) :: magnitude(size(displacement, 2)), shares(size(displacement, 2))
@@ -98,13 +98,13 @@ contains
     share%node = maxloc(shares, dim=1)
   end function share_of_cells
 
-  !> Largest F in the layers of cells around each own node. All cells at it are here: of the nodes of others it is the
-  !> owners who know what is around them.
+  !> Returns the largest F in the layers of cells around each owned node. All cells at an owned node are stored here;
+  !> values around other nodes are known to their owners.
   function forces_around(connectivity, size_at, least, team, copies) result(around)
     type(connectivity_type), intent(in) :: connectivity
     !> F (nodes of the displacement, the first of all).
     real(wp), intent(in) :: size_at(:)
-    !> What F is at the least.
+    !> Lower bound of F.
     real(wp), intent(in) :: least
     type(team_type), intent(in) :: team
     type(owner_copies_type), intent(in) :: copies
@@ -125,7 +125,7 @@ contains
     end do
   end function forces_around
 
-  !> Share of a solve from those that the processes of a team have found at their own nodes.
+  !> Combines the shares of a solve that the processes of a team have found at their owned nodes.
   subroutine join_share(team, share)
     type(team_type), intent(in) :: team
     type(solve_share_type), intent(inout) :: share
@@ -140,10 +140,10 @@ contains
     if (here < share%force_share) share%node = 0
   end subroutine join_share
 
-  !> Take the shares of a solve into those of its step; the first solve begins them.
+  !> Accumulates the shares of a solve in those of its step; the first solve initialises them.
   pure subroutine add_solves(solves, steps)
     type(solve_share_type), intent(in) :: solves(:)
-    !> In the same order.
+    !> Shares in the same order.
     type(step_share_type), allocatable, intent(inout) :: steps(:)
     integer :: i
 
@@ -153,7 +153,7 @@ contains
     end do
   end subroutine add_solves
 
-  !> Take a solve into the sums of its step.
+  !> Accumulates a solve in the sums of its step.
   pure subroutine add_solve(solve, step)
     type(solve_share_type), intent(in) :: solve
     type(step_share_type), intent(inout) :: step
@@ -164,11 +164,11 @@ contains
     step%internal_work = step%internal_work + solve%internal_work
     step%work_share = quotient(solve%work, step%internal_work)
     step%share = step%work_share
-    ! The larger one; what is not a number stays.
+    ! The larger one; a share that is not a number is retained.
     if (.not. solve%force_share <= step%share) step%share = solve%force_share
   end subroutine add_solve
 
-  !> Share of a name; 0 where there is none.
+  !> Returns the share of a given name; 0 if there is none.
   pure real(wp) function share_named(steps, name) result(share)
     type(step_share_type), allocatable, intent(in) :: steps(:)
     character(len=*), intent(in) :: name
@@ -181,7 +181,7 @@ contains
     end do
   end function share_named
 
-  !> Share of the load in a solve, of a name; 0 where there is none.
+  !> Returns the share of the load in a solve, of a given name; 0 if there is none.
   pure real(wp) function load_share_named(solves, name) result(share)
     type(solve_share_type), intent(in) :: solves(:)
     character(len=*), intent(in) :: name
@@ -193,7 +193,7 @@ contains
     end do
   end function load_share_named
 
-  !> A part of a whole; of nothing any part is as large as can be.
+  !> Returns the quotient of a part and a whole; huge if the whole is zero.
   elemental real(wp) function quotient(part, whole)
     real(wp), intent(in) :: part, whole
 

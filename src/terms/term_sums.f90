@@ -1,6 +1,6 @@
-!> The sums over the terms of a step: what residual, matrix, reactions, shares and messages are made of. Each is one
-!> pass over the array, in its order, so that the same deck gives the same bytes. A term gets its part of the table of
-!> unknowns: all of it when it needs fields of its own, else the displacement.
+!> Sums over the terms of a step: residual, matrix, reactions, shares and messages. Each is one loop over the array in
+!> its order, so that the same deck gives byte-identical results. A term receives its part of the table of unknowns: all
+!> of it when it requires fields of its own, otherwise the displacement.
 module qsmpm_term_sums
   use qsmpm_kinds, only: wp
   use qsmpm_configuration, only: configuration_type
@@ -23,18 +23,19 @@ module qsmpm_term_sums
     sum_field_sizes, sum_force_sizes, measure_shares, share_names, find_unusable, keep_nodal_of_terms, &
     commit_terms, discard_terms
 
-  !> Kinds of forces beside the roles of terms: those that a step is accepted without, those of rigid bodies.
+  !> Kinds of forces in addition to the roles of terms: those omitted when a step is accepted, and those of rigid
+  !> bodies.
   integer, parameter, public :: forces_transient = -1, forces_of_bodies = -2
 
 contains
 
-  !> Make the terms ready for a step; they give their node lists, one behind the other.
+  !> Prepares the terms for a step and appends their node lists.
   subroutine prepare_terms(model, configuration, unknowns, terms, connectivity)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     type(unknowns_type), intent(in) :: unknowns
     type(term_slot_type), intent(inout) :: terms(:)
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(out) :: connectivity
     integer :: t
 
@@ -48,7 +49,7 @@ contains
     end do
   end subroutine prepare_terms
 
-  !> The part of the table that a term gets.
+  !> Sets the part of the table of unknowns that a term receives.
   subroutine give_part(unknowns, term)
     type(unknowns_type), intent(in) :: unknowns
     class(term_type), intent(inout) :: term
@@ -61,7 +62,7 @@ contains
     term%unknowns = unknowns
   end subroutine give_part
 
-  !> Tell the terms what the step is asked to be.
+  !> Passes the parameters of the step to the terms.
   subroutine begin_terms(terms, increment)
     type(term_slot_type), intent(inout) :: terms(:)
     type(increment_type), intent(in) :: increment
@@ -72,7 +73,7 @@ contains
     end do
   end subroutine begin_terms
 
-  !> Put the loads of a fraction of the phase in force.
+  !> Applies the loads of a fraction of the phase.
   subroutine set_loads(terms, model, configuration, fraction)
     type(term_slot_type), intent(inout) :: terms(:)
     type(model_type), intent(in) :: model
@@ -86,7 +87,7 @@ contains
     end do
   end subroutine set_loads
 
-  !> Evaluate the terms at a displacement; with a tangent the matrix begins anew.
+  !> Evaluates the terms at a displacement; with a tangent the matrix is first set to zero.
   subroutine evaluate_terms(terms, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     type(term_slot_type), intent(inout) :: terms(:)
     type(model_type), intent(in) :: model
@@ -97,9 +98,9 @@ contains
     integer, intent(in) :: tangent
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(inout) :: matrix
-    !> Of the first term that fails.
+    !> Failure of the first term that fails.
     type(failure_type), intent(out) :: failure
-    !> Displacements whose linear force will be wanted (components, nodes).
+    !> Displacements whose linear force will be requested (components, nodes).
     real(wp), intent(in), optional :: prescribed(:, :)
     integer :: t
 
@@ -117,7 +118,7 @@ contains
     end do
   end subroutine evaluate_terms
 
-  !> Force of all terms of one role, or of another kind.
+  !> Sums the forces of all terms of one role, or of another kind.
   subroutine sum_forces(terms, kind, displacement, force)
     type(term_slot_type), intent(in) :: terms(:)
     !> One of role_* of qsmpm_term, forces_transient or forces_of_bodies.
@@ -136,7 +137,7 @@ contains
     end do
   end subroutine sum_forces
 
-  !> Add the force of a term to its part of the table.
+  !> Adds the force of a term to its part of the table.
   subroutine add_part(term, displacement, force)
     class(term_type), intent(in) :: term
     !> (components, nodes)
@@ -146,7 +147,7 @@ contains
     call term%add_force(displacement(:term%rows, :term%columns), force(:term%rows, :term%columns))
   end subroutine add_part
 
-  !> Add the blocks that the evaluation has not added; once, and only after one with a tangent.
+  !> Adds the blocks that the evaluation has not added; once, and only after an evaluation with a tangent.
   subroutine add_all_blocks(terms, displacement, equations, matrix)
     type(term_slot_type), intent(in) :: terms(:)
     !> Displacement that was evaluated (components, nodes).
@@ -162,7 +163,7 @@ contains
     end do
   end subroutine add_all_blocks
 
-  !> Resistance that prescribed displacements call up; they were given to the evaluation.
+  !> Sums the resistance due to prescribed displacements, which were passed to the evaluation.
   subroutine linear_forces(terms, prescribed, force)
     type(term_slot_type), intent(in) :: terms(:)
     !> (components, nodes)
@@ -178,7 +179,8 @@ contains
     end do
   end subroutine linear_forces
 
-  !> Contributions to the fields beside the displacement by their size: what the residual of a field refers to.
+  !> Sums the contributions to the fields other than the displacement by magnitude: reference values of the residual of
+  !> a field.
   subroutine sum_field_sizes(terms, sizes)
     type(term_slot_type), intent(in) :: terms(:)
     !> (components, nodes)
@@ -193,13 +195,13 @@ contains
     sizes = part%force
   end subroutine sum_field_sizes
 
-  !> Internal forces of the displacement by their size, which the soil, the first term, acts on.
+  !> Sums the internal forces of the displacement by magnitude; the soil is the first term.
   subroutine sum_force_sizes(terms, team, own, copies, sizes)
     type(term_slot_type), intent(in) :: terms(:)
     type(team_type), intent(in) :: team
-    !> Own nodes (all nodes).
+    !> Owned nodes (all nodes).
     logical, intent(in) :: own(:)
-    !> Values at nodes of others.
+    !> Exchange of values at nodes of other processes.
     type(owner_copies_type), intent(in) :: copies
     type(force_sizes_type), intent(out) :: sizes
     integer :: t, rows, columns
@@ -220,7 +222,7 @@ contains
     if (team%ranks > 1) sizes%own = own(:size(sizes%force, 2))
   end subroutine sum_force_sizes
 
-  !> What the terms carry of a solve, those that have a share.
+  !> Measures the shares of the terms that have one.
   subroutine measure_shares(terms, displacement, load_norm, connectivity, team, own, copies, shares)
     type(term_slot_type), intent(in) :: terms(:)
     !> Displacement that was evaluated (components, nodes).
@@ -229,9 +231,9 @@ contains
     !> Node lists of all terms.
     type(connectivity_type), intent(in) :: connectivity
     type(team_type), intent(in) :: team
-    !> Own nodes (all nodes).
+    !> Owned nodes (all nodes).
     logical, intent(in) :: own(:)
-    !> Values at nodes of others.
+    !> Exchange of values at nodes of other processes.
     type(owner_copies_type), intent(in) :: copies
     type(solve_share_type), allocatable, intent(out) :: shares(:)
     type(force_sizes_type) :: sizes
@@ -250,7 +252,7 @@ contains
     end do
   end subroutine measure_shares
 
-  !> Columns of curves.csv for the shares, a comma in front of each.
+  !> Returns the columns of curves.csv for the shares, each preceded by a comma.
   pure function share_names(terms) result(names)
     type(term_slot_type), intent(in) :: terms(:)
     character(len=:), allocatable :: names
@@ -262,7 +264,7 @@ contains
     end do
   end function share_names
 
-  !> Name of the first force that cannot be computed with, and the first column where it acts; empty for none.
+  !> Finds the name of the first force that is not a usable number, and the first column where it acts; empty for none.
   subroutine find_unusable(terms, displacement, name, node)
     type(term_slot_type), intent(in) :: terms(:)
     !> Displacement that was evaluated (components, nodes).
@@ -284,7 +286,7 @@ contains
     end do
   end subroutine find_unusable
 
-  !> The solve is taken, nodes are numbered as before.
+  !> Updates data stored by node after an accepted solve; nodes are numbered as before.
   subroutine keep_nodal_of_terms(terms, displacement, kept)
     type(term_slot_type), intent(in) :: terms(:)
     !> (components, nodes)
@@ -299,7 +301,7 @@ contains
     end do
   end subroutine keep_nodal_of_terms
 
-  !> The solve is taken.
+  !> Notifies the terms that the solve is accepted.
   subroutine commit_terms(terms, displacement, model)
     type(term_slot_type), intent(inout) :: terms(:)
     !> (components, nodes)
@@ -314,7 +316,7 @@ contains
     end do
   end subroutine commit_terms
 
-  !> The solve is not taken.
+  !> Notifies the terms that the solve is not accepted.
   subroutine discard_terms(terms)
     type(term_slot_type), intent(inout) :: terms(:)
     integer :: t

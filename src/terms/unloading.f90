@@ -1,16 +1,17 @@
-!> The bodies that a phase takes out: what they push at the others is lowered evenly over it.
+!> Bodies excavated in a phase: their force on the remaining bodies is reduced linearly over the phase.
 !>
 !>   f_a  =  sum w g N_a + surface loads - sum V sigma grad N_a       over their points
 !>
-!> with the stress, weight and surface loads that they had when the phase began. It is found as a difference, of the
-!> sums over all points less those over the points that are there, each in the way the equations are integrated: so the
-!> balance of the phase before is met to rounding whatever the basis and the integration are (full cells by the Gauss
-!> rule, outlines, averages over domains).
+!> with the stress, weight and surface loads at the start of the phase. It is computed as a difference, of the sums over
+!> all points less those over the remaining points, each integrated as in the equations: the balance of the previous
+!> phase is therefore satisfied to rounding for any basis and integration (full cells by the Gauss rule, outlines,
+!> averages over domains).
 !>
-!> The term is  f_external  +=  (1 - l) f  with the load fraction l of the phase: at l = 0 the balance of the phase
-!> before is met, at l = 1 nothing is left. The points taken out ride with the mesh and have no stiffness: nodes that
-!> they alone hold are in no equation. Where the mesh goes with the ground these stay, and cells between them and the
-!> ground that comes in become as flat as may be: f is there that of the start of the phase. docs/methods/stages.md.
+!> The term is  f_external  +=  (1 - l) f  with the load fraction l of the phase: at l = 0 the balance of the previous
+!> phase is satisfied, at l = 1 the force has vanished. The excavated points move with the mesh and have no stiffness:
+!> nodes that only they support are in no equation. On a mesh that moves with the material these nodes do not move, and
+!> cells between them and the soil that moves in may become flat: f is then that of the start of the phase.
+!> docs/methods/stages.md.
 module qsmpm_unloading
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
@@ -40,7 +41,7 @@ module qsmpm_unloading
   character(len=*), parameter :: start_forces = 'forces of what is taken out'
 
   type, extends(term_type) :: unloading_points_type
-    !> Nodal forces in force (dimension, nodes); unallocated without.
+    !> Applied nodal forces (dimension, nodes); unallocated without.
     real(wp), allocatable :: force(:, :)
   contains
     procedure :: start
@@ -51,9 +52,9 @@ module qsmpm_unloading
 
 contains
 
-  !> Put it into the configuration of a step.
+  !> Computes the force of excavated bodies and stores it in the configuration of a step.
   subroutine measure_unloading(model, configuration)
-    !> Its points are put together with those that are taken out, and parted again.
+    !> Its points are temporarily merged with the excavated ones.
     type(model_type), intent(inout) :: model
     type(configuration_type), intent(inout) :: configuration
     type(configuration_type) :: whole
@@ -86,14 +87,14 @@ contains
       size(force, 1) + 1])))
   end subroutine measure_unloading
 
-  !> Whether nodes stay the same ones from the start of a phase to its end.
+  !> Whether the nodes are the same from the start to the end of a phase.
   pure logical function goes_with_ground(model)
     type(model_type), intent(in) :: model
 
     goes_with_ground = model%analysis%method%basis == basis_fem .and. is_kept(model%state%kept, start_forces)
   end function goes_with_ground
 
-  !> Sums over the points of the model: -V sigma grad N with the force of the water in them, and weights.
+  !> Sums over the points of the model: -V sigma grad N including the force of the water in them, and weights.
   subroutine sum_points(model, configuration, force, weight)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in), target :: configuration
@@ -133,10 +134,10 @@ contains
     end associate
   end subroutine sum_points
 
-  !> Dead loads, pressures and reactions on the surfaces of the bodies that are taken out, as the phase began.
+  !> Adds dead loads, pressures and reactions on the surfaces of the excavated bodies at the start of the phase.
   subroutine add_surface_loads(model, configuration, force)
     type(model_type), intent(in) :: model
-    !> That of all points, which the model has now.
+    !> Configuration of all points, which the model contains now.
     type(configuration_type), intent(in) :: configuration
     !> (dimension, nodes)
     real(wp), intent(inout) :: force(:, :)
@@ -160,7 +161,7 @@ contains
     end associate
   end subroutine add_surface_loads
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_unloading_points(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -169,7 +170,7 @@ contains
     term%role = role_external
   end subroutine new_unloading_points
 
-  !> Room for what is kept.
+  !> Allocates the stored forces.
   subroutine start(self, model)
     class(unloading_points_type), intent(in) :: self
     type(model_type), intent(inout) :: model
@@ -182,7 +183,7 @@ contains
       call lay_array(model%state%kept, start_forces, none, nodal=.true.)
   end subroutine start
 
-  !> Nothing is in force yet.
+  !> Sets the forces to zero.
   subroutine prepare(self, model, configuration)
     class(unloading_points_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -193,7 +194,7 @@ contains
       allocate (self%force(model%mesh%dimension, model%space%node_count), source=0.0_wp)
   end subroutine prepare
 
-  !> What is left at a fraction of the phase.
+  !> Sets the remaining force at a fraction of the phase.
   subroutine set_load(self, model, configuration, fraction)
     class(unloading_points_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -208,7 +209,7 @@ contains
     end do
   end subroutine set_load
 
-  !> They do not follow the displacement.
+  !> Adds the forces, which do not depend on the displacement.
   subroutine add_force(self, displacement, force)
     class(unloading_points_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)

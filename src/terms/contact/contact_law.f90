@@ -1,13 +1,13 @@
-!> Pressure and shear of a patch in contact, by a penalty with a multiplier that is carried from step to step, and
-!> Coulomb's limit with adhesion.
+!> Pressure and shear of a patch in contact by an augmented Lagrangian method, a penalty with a multiplier stored from
+!> step to step, and Coulomb's limit with adhesion.
 !>
-!>   p = max(0, lambda - eps g)                       g   mean gap, lambda pressure of the step before
-!>   t* = t_0 - eps_t s,   |t| <= mu p + a(p)          s   mean slip in the step, t_0 shear of the step before
+!>   p = max(0, lambda - eps g)                       g   mean gap, lambda pressure of the previous step
+!>   t* = t_0 - eps_t s,   |t| <= mu p + a(p)          s   mean slip in the step, t_0 shear of the previous step
 !>
-!> With the pressure of one step as the multiplier of the next the penetration falls from step to step, whatever the
-!> penalty is. A contact with tension keeps p as it comes. Another loses its adhesion where it parts, without a jump,
-!> a(p) = a min(1, p/0.01 a): patches that carry next to no pressure have no equilibrium else. docs/methods/contact.md;
-!> the augmented Lagrangian form of friction is that of Simo and Laursen (1992).
+!> With the pressure of one step as the multiplier of the next the penetration decreases from step to step for any
+!> penalty. A contact with tension does not bound p. Any other contact loses its adhesion where it opens, continuously,
+!> a(p) = a min(1, p/0.01 a): otherwise patches with nearly no pressure would have no equilibrium.
+!> docs/methods/contact.md; the augmented Lagrangian form of friction is that of Simo and Laursen (1992).
 module qsmpm_contact_law
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: contact_pair_type
@@ -17,13 +17,13 @@ module qsmpm_contact_law
 
   public :: tractions_type, contact_tractions
 
-  !> Pressure over the adhesion from which all of this is there.
+  !> Ratio of pressure to adhesion above which the full adhesion acts.
   real(wp), parameter :: sticks = 0.01_wp
 
   type :: tractions_type
     logical :: closed = .false., slips = .false.
     real(wp) :: pressure = 0.0_wp
-    !> Of the body on the soil.
+    !> Shear of the body on the soil.
     real(wp) :: shear(3) = 0.0_wp
     !> dp/dg; dt/ds; dt/dp.
     real(wp) :: by_gap = 0.0_wp, by_slip(3, 3) = 0.0_wp, by_pressure(3) = 0.0_wp
@@ -31,7 +31,7 @@ module qsmpm_contact_law
 
 contains
 
-  !> Tractions of a patch, and their derivatives.
+  !> Returns the tractions of a patch and their derivatives.
   pure type(tractions_type) function contact_tractions(pair, penalty, multiplier, shear_before, gap, slip, touching) &
     result(now)
     type(contact_pair_type), intent(in) :: pair
@@ -39,7 +39,8 @@ contains
     real(wp), intent(in) :: penalty(2)
     !> lambda, t_0, g, s.
     real(wp), intent(in) :: multiplier, shear_before(3), gap, slip(3)
-    !> Gap that is none but for rounding: what is drawn against a body resists it from the first iteration on.
+    !> Gap that is zero except for rounding: soil that initially touches the body is resisted by it from the first
+    !> iteration on.
     real(wp), intent(in) :: touching
     real(wp) :: slope, trial(3), limit, size_of_trial, direction(3)
     integer :: j
@@ -58,7 +59,7 @@ contains
     limit = limit + pair%friction*max(0.0_wp, now%pressure)
     trial = shear_before - penalty(2)*slip
     if (.not. limit > 0.0_wp) then
-      ! What touches and carries nothing yet holds what it touches along it too in the first iteration.
+      ! A touching patch without tractions also resists slip in the first iteration.
       if (pair%friction + pair%adhesion > 0.0_wp .and. .not. any(abs(trial) > 0.0_wp)) &
         now%by_slip = -penalty(2)*identity
       return

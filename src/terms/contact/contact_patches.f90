@@ -1,9 +1,10 @@
-!> Patches on which contact is asked for in the mean: the surface points of one cell, or the contact points of one part
-!> of a body's outline; a patch shorter than a share of the cell joins its nearest neighbour of the same contact. What
-!> of a cell touches the body is a patch of its own: a mean with what has left it would be open.
+!> Patches on which contact is imposed in the mean: the surface points of one cell, or the contact points of one part of
+!> a body's outline; a patch shorter than a given share of the cell is joined to its nearest neighbour of the same
+!> contact. Touching points of a cell form a separate patch: a mean that includes points which have left the body would
+!> be open.
 !>
-!> A condition at every point would be more than the functions of a surface can follow: pressures swing from point to
-!> point the stiffer the contact is. One condition a cell leaves them room (docs/methods/contact.md).
+!> A condition at every point would overconstrain the functions on a surface: pressures would oscillate from point to
+!> point, the more the stiffer the contact is. One condition per cell avoids this (docs/methods/contact.md).
 module qsmpm_contact_patches
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -17,23 +18,23 @@ module qsmpm_contact_patches
 
   public :: contact_patches_type, find_patches, extent_of
 
-  !> Extent over the size of its cells below which a patch joins another.
+  !> Extent in cell sizes below which a patch is joined to another.
   real(wp), parameter :: shortest = 0.6_wp
-  !> Cells to a neighbour.
+  !> Largest distance of a neighbour, in cells.
   real(wp), parameter :: beside = 1.5_wp
 
-  !> Lists of surface points, or of contact points on bodies, one behind the other.
+  !> Lists of surface points, or of contact points on bodies, stored consecutively.
   type :: contact_patches_type
     integer :: count = 0
-    !> Contact of each patch (patches), its first place in the list (patches + 1), and the list.
+    !> Contact of each patch (patches), first position in the list (patches + 1), and the list of points.
     integer, allocatable :: pair(:), first(:), point(:)
-    !> This process has not the whole of a patch on a body that acts on its nodes.
+    !> This process stores only a part of a patch on a body that acts on its nodes.
     logical :: torn = .false.
   end type contact_patches_type
 
 contains
 
-  !> The patches of all contacts of which a point is near.
+  !> Finds the patches of all contacts of which a point is near.
   subroutine find_patches(model, near, touched, on_bodies, patches, beside)
     type(model_type), intent(in) :: model
     !> Whether a surface point may touch the body of a contact, and whether it does (surface points, contacts).
@@ -41,7 +42,7 @@ contains
     !> Contact points on the bodies.
     type(body_points_type), intent(in) :: on_bodies
     type(contact_patches_type), intent(out) :: patches
-    !> Whether it lies beside a round corner, where it carries nothing (surface points, contacts).
+    !> The point is beside a rounded corner, where it transmits no pressure (surface points, contacts).
     logical, intent(in), optional :: beside(:, :)
     integer, allocatable :: label(:), points(:)
     real(wp), allocatable :: extents(:), lengths(:)
@@ -76,7 +77,7 @@ contains
     patches%count = size(patches%pair)
   end subroutine find_patches
 
-  !> Whether this process has the patch of a point on a body whole, with the soil around it (points).
+  !> Returns whether this process stores the whole patch of a point on a body, with the soil around it (points).
   pure function whole_here(model, on_bodies, points, label) result(whole)
     type(model_type), intent(in) :: model
     type(body_points_type), intent(in) :: on_bodies
@@ -92,8 +93,8 @@ contains
     whole = [(all(near .or. label /= label(i)), i=1, size(points))]
   end function whole_here
 
-  !> Whether a patch that this process has not the whole of acts on its nodes: its functions reach over their degree of
-  !> cells, those of the nearest material point from one farther.
+  !> Returns whether a patch that this process stores only in part acts on its nodes: its functions extend over as many
+  !> cells as their degree, those of the nearest material point one cell further.
   pure logical function is_torn(model, on_bodies, points, label)
     type(model_type), intent(in) :: model
     type(body_points_type), intent(in) :: on_bodies
@@ -108,10 +109,10 @@ contains
     is_torn = any(acts(points) .and. .not. whole_here(model, on_bodies, points, label))
   end function is_torn
 
-  !> Add the patches of a contact of which a point is near.
+  !> Adds the patches of a contact of which a point is near.
   subroutine add_patches(pair, points, label, near, patches)
     integer, intent(in) :: pair
-    !> Number, patch and nearness of each point.
+    !> Number, patch label and nearness of each point.
     integer, intent(in) :: points(:), label(:)
     logical, intent(in) :: near(:)
     type(contact_patches_type), intent(inout) :: patches
@@ -131,13 +132,14 @@ contains
     end do
   end subroutine add_patches
 
-  !> Give the points of short patches the label of the nearest other patch beside them that touches or does not as they
-  !> do, the shortest first; without one they stay alone.
+  !> Assigns the points of short patches the label of the nearest patch in their neighbourhood that has the same contact
+  !> state, the shortest first; a patch without a neighbour is kept.
   pure subroutine join_short(place, extents, lengths, touched, label)
-    !> Place of each point, what it stands for over the face of its cell, size of this (dimension, points), (points).
+    !> Position of each point, its length or area relative to the face of its cell, cell size (dimension, points),
+    !> (points).
     real(wp), intent(in) :: place(:, :), extents(:), lengths(:)
     logical, intent(in) :: touched(:)
-    !> The same number for all points of a patch (points).
+    !> Label, equal for all points of a patch (points).
     integer, intent(inout) :: label(:)
     real(wp) :: least, middle(size(place, 1)), distance, nearest
     logical :: alone(size(label)), of_short(size(label))
@@ -175,7 +177,7 @@ contains
     end do
   end subroutine join_short
 
-  !> Length in the plane, area in space, that a surface point stands for.
+  !> Returns the length (plane) or area (space) represented by a surface point.
   pure real(wp) function extent_of(model, point) result(extent)
     type(model_type), intent(in) :: model
     integer, intent(in) :: point

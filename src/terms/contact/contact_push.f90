@@ -1,16 +1,16 @@
-!> Push of a rigid body on the nodes of a patch, its derivative, and what the patch does to the body; formulas at the
-!> head of qsmpm_contacts.
+!> Force of a rigid body on the nodes of a patch, its derivative, and force and moment of the patch on the body; the
+!> formulas are in the header of qsmpm_contacts.
 !>
-!> What a rigid body that may turn under its loads adds to the push of a patch: one more node, whose first component is
-!> the angle a by which the body turns in the step about z through its reference point, exact for any angle.
+!> A rigid body that may rotate under its loads adds one node to a patch, whose first component is the angle a of the
+!> rotation of the body in the step about z through its reference point. The formulation is exact for any angle.
 !>
-!> With the arm r of a place from the reference point at the end of the step, w = e x r (e along z) and the arm r_0 of
-!> the place that rode on the body, w_0 = e x r_0,
+!> With the arm r of a place from the reference point at the end of the step, w = e x r (e along z), and the arm r_0 of
+!> the place that moved with the body, w_0 = e x r_0,
 !>
-!>   dg/da = -w . n,   ds/da = -(1 - n n') w_0,   moment on the body   sum A_s w . (p n_s + (1 - n n') t) with a minus
+!>   dg/da = -w . n,   ds/da = -(1 - n n') w_0,   moment on the body   - sum A_s w . (p n_s + (1 - n n') t)
 !>   d2g/da2 = w . H w - n . r,   d2g/du da = N_a (e x n - H w)
 !>
-!> docs/methods/contact.md; n, H, p, t, A_s as at the head of qsmpm_contacts.
+!> docs/methods/contact.md; n, H, p, t, A_s as in the header of qsmpm_contacts.
 module qsmpm_contact_push
   use qsmpm_kinds, only: wp
   use qsmpm_contact_law, only: tractions_type, contact_tractions
@@ -25,21 +25,21 @@ module qsmpm_contact_push
   public :: push_of_patch, tractions_of_patch, reaction_of, place_measure_type, turns, add_turning, &
     add_turning_stiffness
 
-  !> A place of a patch against its body: distance, arm from the reference point, and the arm of the place that rode on
-  !> the body, all at the end of the step.
+  !> Geometry of a place of a patch relative to its body: distance, arm from the reference point, and arm of the place
+  !> that moved with the body, all at the end of the step.
   type :: place_measure_type
     type(distance_type) :: distance
     real(wp) :: arm(3) = 0.0_wp, ridden(3) = 0.0_wp
   end type place_measure_type
 
-  !> Gap over the size of a cell that is none but for rounding.
+  !> Gap in cell sizes that is zero except for rounding.
   real(wp), parameter :: touching = 1.0e-9_wp
 
   real(wp), parameter :: along_z(3) = [0.0_wp, 0.0_wp, 1.0_wp]
 
 contains
 
-  !> Push of the body on the nodes of a patch, and its negative derivative.
+  !> Computes the force of the body on the nodes of a patch, and its negative derivative.
   pure subroutine push_of_patch(self, c, displacement, tractions, push, block)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
@@ -86,7 +86,7 @@ contains
     end do
   end subroutine push_of_patch
 
-  !> Tractions of a patch, its gap and what is measured of each of its places.
+  !> Computes the tractions of a patch, its gap and the geometry of each of its places.
   pure subroutine tractions_of_patch(self, c, displacement, measure, tractions, gap, slip)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
@@ -94,7 +94,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(place_measure_type), intent(out) :: measure(self%patches%first(c):)
     type(tractions_type), intent(out) :: tractions
-    !> Mean, with the opening at the start; mean slip in the step.
+    !> Mean gap, including the opening at the start; mean slip in the step.
     real(wp), intent(out) :: gap
     real(wp), intent(out), optional :: slip(3)
     type(contact_pair_type) :: pair
@@ -118,8 +118,8 @@ contains
       touching*self%cell_size)
   end subroutine tractions_of_patch
 
-  !> Mean gap and slip of a patch, and what is measured of each of its places. A free body stands still, and the soil
-  !> moves relative to it; the angle by which it turns is its own.
+  !> Computes the mean gap and slip of a patch, and the geometry of each of its places. A free body does not translate
+  !> here, and the displacement of the soil is relative to it; the angle of rotation of the body is included.
   pure subroutine measure_patch(self, c, displacement, measure, gap, slip)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
@@ -161,12 +161,13 @@ contains
     end associate
   end subroutine measure_patch
 
-  !> What changes of pressure and shear add to the stiffness.
+  !> Adds the stiffness due to changes of pressure and shear.
   pure subroutine add_traction_stiffness(tractions, area, across, along, sliding, block)
     type(tractions_type), intent(in) :: tractions
-    !> Of the patch.
+    !> Area of the patch.
     real(wp), intent(in) :: area
-    !> Sums of A N n (3, nodes) and of A N (1 - n n') (3, 3, nodes): push by the shear, slip by the displacement.
+    !> Sums of A N n (3, nodes) and of A N (1 - n n') (3, 3, nodes): force due to the shear, slip due to the
+    !> displacement.
     real(wp), intent(in) :: across(:, :), along(:, :, :), sliding(:, :, :)
     real(wp), intent(inout) :: block(:, :, :, :)
     real(wp) :: push_by_gap(3), push_by_slip(3, 3)
@@ -185,13 +186,13 @@ contains
     end do
   end subroutine add_traction_stiffness
 
-  !> What the turning of the normals adds to the stiffness.
+  !> Adds the stiffness due to the rotation of the normals.
   pure subroutine add_curvature(self, c, measure, pressure, block)
     type(contact_scratch_type), intent(in) :: self
-    !> The patch.
+    !> Number of the patch.
     integer, intent(in) :: c
     type(place_measure_type), intent(in) :: measure(self%patches%first(c):)
-    !> That of its force.
+    !> Pressure of the patch.
     real(wp), intent(in) :: pressure
     real(wp), intent(inout) :: block(:, :, :, :)
     integer :: k, a, b, d
@@ -208,7 +209,7 @@ contains
     end do
   end subroutine add_curvature
 
-  !> Force and moment of a patch on its body.
+  !> Returns force and moment of a patch on its body.
   pure function reaction_of(self, c, measure, tractions) result(reaction)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
@@ -226,7 +227,7 @@ contains
     end do
   end function reaction_of
 
-  !> Whether the body of a patch may turn: its last node stands for that.
+  !> Returns whether the body of a patch may rotate: the last node of the patch is then the rotation.
   pure logical function turns(self, c)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
@@ -234,10 +235,11 @@ contains
     turns = self%turning_column(self%pairs(self%patches%pair(c))%body) > 0
   end function turns
 
-  !> Add what a place does at the node: to the pushes by pressure and by shear, and to the slip by the angle.
+  !> Adds the contribution of a place at the rotation node: to the forces of pressure and shear, and to the slip due to
+  !> the angle.
   pure subroutine add_turning(self, k, normal, arm, ridden, across, along, sliding)
     type(contact_scratch_type), intent(in) :: self
-    !> The place, the present normal there, r and r_0.
+    !> Number of the place, its present normal, r and r_0.
     integer, intent(in) :: k
     real(wp), intent(in) :: normal(3), arm(3), ridden(3)
     real(wp), intent(inout) :: across(3), along(3, 3), sliding(3, 3)
@@ -247,14 +249,14 @@ contains
     sliding(:, 1) = sliding(:, 1) - self%area(k)*matmul(projection(self%normal(:, k)), cross(along_z, ridden))
   end subroutine add_turning
 
-  !> Add what the turning of normals and arms makes of the stiffness.
+  !> Adds the stiffness due to the rotation of normals and arms.
   pure subroutine add_turning_stiffness(self, k, distance, arm, pressure, shear, block)
     type(contact_scratch_type), intent(in) :: self
-    !> The place, its distance and r.
+    !> Number of the place, its distance and r.
     integer, intent(in) :: k
     type(distance_type), intent(in) :: distance
     real(wp), intent(in) :: arm(3), pressure, shear(3)
-    !> The turning is the last node (dimension, nodes, dimension, nodes).
+    !> The rotation is the last node (dimension, nodes, dimension, nodes).
     real(wp), intent(inout) :: block(:, :, :, :)
     real(wp) :: w(3), mixed(3), moved(3)
     integer :: a, d, n
@@ -263,7 +265,7 @@ contains
     n = size(block, 2)
     w = cross(along_z, arm)
     mixed = pressure*self%area(k)*(cross(along_z, distance%normal) - matmul(distance%curvature, w))
-    ! The arm of the shear changes with the place, not with the angle.
+    ! The arm of the shear depends on the position, not on the angle.
     moved = mixed + self%area(k)*cross(along_z, matmul(projection(self%normal(:, k)), shear))
     do a = 1, n - 1
       block(:, a, 1, n) = block(:, a, 1, n) - self%shape(a, k)*mixed(:d)

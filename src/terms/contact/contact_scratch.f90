@@ -1,6 +1,5 @@
-!> What contact needs in a step: the patches, their places at its start with the functions there, and pressure and shear
-!> of the step before as multipliers, from the points that keep them: surface points of the soil, or contact points of
-!> the bodies.
+!> Contact data of a step: the patches, their places at its start with the functions there, and pressure and shear of
+!> the previous step as multipliers. These are stored at surface points of the soil or at contact points of the bodies.
 module qsmpm_contact_scratch
   use qsmpm_kinds, only: wp
   use qsmpm_body_loads, only: free_components, body_components, turning, load_rows
@@ -24,74 +23,75 @@ module qsmpm_contact_scratch
 
   public :: touching, contact_scratch_type, lay_scratch, soil_nodes, keep_tractions, keep_contact_points
 
-  !> Penalties of the gap times the size of a cell over Young's modulus, at surfaces of the soil and on bodies, and that
-  !> of the slip: pressures do not depend on that of the gap between 10 and 1000. The stiffer they are the more often
-  !> patches open and close in the iteration, and stick and slip.
+  !> Penalties of the gap, multiplied by the cell size and divided by Young's modulus, at surfaces of the soil and on
+  !> bodies, and that of the slip. Pressures do not depend on the gap penalty between 10 and 1000. The larger the
+  !> penalties are, the more often patches open and close, and stick and slip, during the iterations.
   real(wp), parameter :: gap_on_soil = 100.0_wp, gap_on_body = 10.0_wp, of_slip = 1.0_wp
-  !> Cells between a body and the surface points that are looked at.
+  !> Largest distance, in cells, between a body and the surface points considered.
   real(wp), parameter :: reach = 4.0_wp
-  !> Mean gap over the size of a cell that counts as touching.
+  !> Mean gap in cell sizes up to which a patch is in contact.
   real(wp), parameter :: touching = 1.0e-3_wp
-  !> Gap of a point over the size of a cell from which it has left a body that it was pressed by, and how far inside of
-  !> a body it may be to lie along a face still.
+  !> Gap in cell sizes above which a point has left the body that exerted a pressure on it, and depth inside a body up
+  !> to which it may still be along a face.
   real(wp), parameter :: left = 0.1_wp, deep = 0.2_wp
 
   type :: contact_scratch_type
     type(contact_patches_type) :: patches
     type(contact_pair_type), allocatable :: pairs(:)
-    !> Bodies at the start of the step; at the load fraction in force but for what free components add; and with that,
-    !> at the last evaluation (bodies).
+    !> Bodies at the start of the step; at the present load fraction without the displacement of free components; and
+    !> including it, at the last evaluation (bodies).
     type(placed_shape_type), allocatable :: before(:), now(:), final(:)
-    !> Where coordinates of the patches count from in the iterations, and the bodies at the start of the step seen from
-    !> there (bodies): far from the origin of the model the rounding of a gap would be a force.
+    !> Origin of the coordinates of the patches during the iterations, and bodies at the start of the step relative to
+    !> it (bodies): far from the origin of the model the rounding error of a gap would be a noticeable force.
     real(wp) :: origin(3) = 0.0_wp
     type(placed_shape_type), allocatable :: nearby(:)
-    !> Columns of each body in the table of unknowns, 0 where it is held along all axes, and where it may not turn; load
-    !> at the fraction in force (bodies), (rows of a load, bodies).
+    !> Columns of each body in the table of unknowns, 0 where all its axes are constrained, and where it may not rotate;
+    !> load at the present load fraction (bodies), (rows of a load, bodies).
     integer, allocatable :: column(:), turning_column(:)
     real(wp), allocatable :: load(:, :)
     !> Contact points on the bodies at the start of the step.
     type(body_points_type) :: on_bodies
     !> Place, area and normal at the start of the step (3, places of the list), (places).
     real(wp), allocatable :: place(:, :), area(:), normal(:, :)
-    !> Distance at the start of the step of places along a straight face, of which only what lies along it counts;
-    !> whether they do (places).
+    !> Distance at the start of the step of places along a straight face, of which only the part along the face counts;
+    !> whether a place is along a straight face (places).
     real(wp), allocatable :: distance(:)
     logical, allocatable :: straight(:)
-    !> Nodes of each patch, and the functions of each place by them (most nodes, places).
+    !> Nodes of each patch, and the functions of each place at these nodes (most nodes, places).
     type(connectivity_type) :: connectivity
     real(wp), allocatable :: shape(:, :)
     !> Multipliers, area, opening at the start (0 on the soil), and penalties of gap and slip of each patch; (patches),
     !> (3, patches), (2, patches).
     real(wp), allocatable :: pressure(:), shear(:, :), patch_area(:), opening(:), penalty(:, :)
-    !> Tangent of the angle of friction and adhesion of each patch (2, patches).
+    !> Tangent of the angle of friction, and adhesion of each patch (2, patches).
     real(wp), allocatable :: strength(:, :)
-    !> With tension, whether it does not part: it has touched before, or touches at the start of the step (patches).
+    !> A contact with tension does not open: it has been closed before, or is closed at the start of the step (patches).
     logical, allocatable :: bonded(:)
-    !> Whether this process counts it: its first point is own; alone all are (patches).
+    !> This process counts the patch because it owns its first point; all on a single process (patches).
     logical, allocatable :: counted(:)
-    !> Whether it counts the loads on the bodies: the first one does.
+    !> This process counts the loads on the bodies: true for the first one.
     logical :: counts_loads = .true.
     !> Slip of the surface points before the step (dimension, surface points).
     real(wp), allocatable :: slip_before(:, :)
     real(wp) :: cell_size = 1.0_wp
-    !> All-round pressure of the soil: the force of a patch counts from it.
+    !> All-round pressure of the soil, to which the force of a patch is relative.
     real(wp) :: confinement = 0.0_wp
     integer :: dimension = 2
-    !> No displacement of the step has been evaluated yet: the bodies push as they did at the end of the step before.
+    !> No displacement of the step has been evaluated yet: the bodies exert the forces of the end of the previous step.
     logical :: at_rest = .true.
-    !> The first evaluation of a step in which bodies move: what a body holds at its start goes with it, neither parted
-    !> nor slipping, and the first correction brings the soil along. By its limits a motion in steps of any use would
-    !> slip everywhere at once, and ask of the soil for what it may not carry.
+    !> First evaluation of a step in which bodies move: patches in contact at its start move with the body without
+    !> opening or slipping, so that the first correction moves the soil with it. With the limits of the contact law a
+    !> motion in steps of practical size would slip everywhere at once, and the soil would have to support more than it
+    !> may.
     logical :: goes_along = .false.
-    !> Gap up to which a patch goes along without a pressure: in the first evaluation of all, soil that is drawn against
-    !> a body touches it, though corners that are no round numbers leave gaps. 0 later.
+    !> Gap up to which a patch moves with the body without a pressure: in the very first evaluation soil initially
+    !> defined in contact with a body touches it, even if rounded coordinates of corners leave gaps. 0 later.
     real(wp) :: drawn_gap = 0.0_wp
   end type contact_scratch_type
 
 contains
 
-  !> Patches near the bodies, with what they bring from the step before.
+  !> Sets up the patches near the bodies, with their data of the previous step.
   subroutine lay_scratch(self, model, configuration, columns, turning_columns)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -147,7 +147,8 @@ contains
     call find_counted(self, model)
   end subroutine lay_scratch
 
-  !> Straight face of the body of a contact that a point of a surface lies along; in space pieces are taken as square.
+  !> Returns the straight face of the body of a contact along which a surface point is located; in space the piece of
+  !> the point is taken as square.
   pure type(face_type) function face_along(self, model, pair, point) result(face)
     type(contact_scratch_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -161,7 +162,7 @@ contains
     end associate
   end function face_along
 
-  !> Gap over the size of a cell up to which a point of a surface touches.
+  !> Returns the gap in cell sizes up to which a surface point is in contact.
   pure real(wp) function allowed_gap(model, point) result(gap)
     type(model_type), intent(in) :: model
     integer, intent(in) :: point
@@ -169,7 +170,7 @@ contains
     gap = merge(left, touching, abs(model%state%surface%contact_pressure(point)) > 0.0_wp)
   end function allowed_gap
 
-  !> Patches that this process counts.
+  !> Finds the patches that this process counts.
   subroutine find_counted(self, model)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -192,7 +193,7 @@ contains
     end do
   end subroutine find_counted
 
-  !> Patches that do not part.
+  !> Finds the patches that cannot open.
   subroutine find_bonds(self)
     type(contact_scratch_type), intent(inout) :: self
     real(wp) :: gap
@@ -213,7 +214,8 @@ contains
     end do
   end subroutine find_bonds
 
-  !> Strength of every patch: that of its contact, or a share of that of the soil there; lowered in a safety phase.
+  !> Sets the strength of every patch: that of its contact, or a share of that of the soil there; reduced in a safety
+  !> phase.
   subroutine take_strengths(self, model)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -236,7 +238,7 @@ contains
     self%strength = self%strength/model%state%progress%strength_factor
   end subroutine take_strengths
 
-  !> Distance of a place of the plane or of space.
+  !> Returns the distance of a place in the plane or in space.
   pure real(wp) function distance_from(body, x) result(value)
     type(placed_shape_type), intent(in) :: body
     !> (dimension)
@@ -247,7 +249,7 @@ contains
     value = distance%value
   end function distance_from
 
-  !> Three components, the third 0 in the plane.
+  !> Returns three components, the third 0 in the plane.
   pure function in_space(x)
     real(wp), intent(in) :: x(:)
     real(wp) :: in_space(3)
@@ -256,7 +258,7 @@ contains
     in_space(:size(x)) = x
   end function in_space
 
-  !> Whether a patch is on a body.
+  !> Returns whether a patch is on a body.
   pure logical function is_on_body(self, c)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
@@ -264,7 +266,7 @@ contains
     is_on_body = self%pairs(self%patches%pair(c))%surface == 0
   end function is_on_body
 
-  !> The functions of all places of the list.
+  !> Finds the functions of all places of the list.
   subroutine find_functions(self, model, configuration, basis)
     type(contact_scratch_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -287,7 +289,7 @@ contains
     end do
   end subroutine find_functions
 
-  !> Places, areas and normals at the start of the step.
+  !> Sets places, areas and normals at the start of the step.
   subroutine lay_places(self, model, faces)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -327,8 +329,8 @@ contains
     end do
   end subroutine lay_places
 
-  !> Nodes of every patch, each once, and the functions of its places by them. A body that is free is one more node,
-  !> which all places of the patch are carried away from: -1; one that may turn yet another, of its own kind: 0
+  !> Collects the nodes of every patch, each once, and the functions of its places at these nodes. A free body is one
+  !> more node, with the value -1 at all places of the patch; one that may rotate is a further node with the value 0
   !> (qsmpm_contact_push).
   subroutine gather_nodes(self, basis)
     type(contact_scratch_type), intent(inout) :: self
@@ -372,7 +374,7 @@ contains
     end associate
   end subroutine gather_nodes
 
-  !> Nodes of a patch without those of its body, which stand behind them.
+  !> Returns the number of nodes of a patch without those of its body, which follow them.
   pure integer function soil_nodes(self, c) result(n)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
@@ -383,7 +385,7 @@ contains
     end associate
   end function soil_nodes
 
-  !> Means over each patch of what its points keep, its area and penalties.
+  !> Sets the means over each patch of the tractions stored at its points, its area and penalties.
   subroutine take_multipliers(self, model, configuration)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -417,8 +419,8 @@ contains
     end associate
   end subroutine take_multipliers
 
-  !> Penalties of a patch times the size of a cell over Young's modulus: that of the gap is the usual one, or the one
-  !> asked for.
+  !> Returns the penalties of a patch, multiplied by the cell size and divided by Young's modulus: for the gap the
+  !> default, or the value requested in the deck.
   pure function penalties_of(self, c, usual) result(penalties)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
@@ -431,9 +433,9 @@ contains
     end associate
   end function penalties_of
 
-  !> Means of pressure and shear.
+  !> Computes the means of pressure and shear.
   pure subroutine take_means(pressures, shears, area, pressure, shear)
-    !> Of each point of a patch (points), (components, points).
+    !> Values of each point of a patch (points), (components, points).
     real(wp), intent(in) :: pressures(:), shears(:, :), area(:)
     real(wp), intent(out) :: pressure, shear(:)
     integer :: j
@@ -444,12 +446,12 @@ contains
     end do
   end subroutine take_means
 
-  !> The points of a patch keep its tractions; the shear turns with the body. Those on a body keep how far the patch is
-  !> open.
+  !> Stores the tractions of a patch at its points; the shear rotates with the body. Points on a body also store the
+  !> opening of the patch.
   pure subroutine keep_tractions(self, c, gap, slip, tractions, model)
     type(contact_scratch_type), intent(inout) :: self
     integer, intent(in) :: c
-    !> With the opening at the start.
+    !> Gap including the opening at the start.
     real(wp), intent(in) :: gap, slip(3)
     type(tractions_type), intent(in) :: tractions
     type(model_type), intent(inout) :: model
@@ -475,7 +477,7 @@ contains
     end do
   end subroutine keep_tractions
 
-  !> What a vector of a patch becomes in the step when it turns with the body.
+  !> Returns a vector of a patch after the rotation of the body in the step.
   pure function turned_with_body(self, c, vector) result(turned)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
@@ -487,7 +489,7 @@ contains
     end associate
   end function turned_with_body
 
-  !> Slip of a point of a patch before the step.
+  !> Returns the slip of a point of a patch before the step.
   pure function slip_so_far(self, c, point) result(slip)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c, point
@@ -500,7 +502,8 @@ contains
     end if
   end function slip_so_far
 
-  !> What the contact points on the bodies keep of an accepted step; soil that has come near touches them.
+  !> Stores the results of an accepted step at the contact points on the bodies; those that soil has come close to are
+  !> marked as touched.
   subroutine keep_contact_points(self, model)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(inout) :: model
@@ -510,8 +513,8 @@ contains
     call touch_body_points(model, self%final)
   end subroutine keep_contact_points
 
-  !> What the process that counts a patch knows of its points on a body, all know; that of points without a patch is
-  !> what all have kept.
+  !> Distributes the data of the points on a body from the process that counts their patch to all processes; for points
+  !> without a patch all processes store the same data.
   subroutine share_contact_points(self, model)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model

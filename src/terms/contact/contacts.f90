@@ -1,21 +1,21 @@
-!> Rigid bodies that touch the soil: pressure normal to the body and shear along it, on patches of the soil's
+!> Contact of rigid bodies with the soil: pressure normal to the body and shear along it, on patches of the soil's
 !> surface or of the outline of the body.
 !>
-!>   g = sum A_s phi(x_s + sum N_a u_a)/A          mean gap of a patch, the body where it is at the end of the step
-!>   s = sum A_s (1 - n n')(u_s - u_body)/A        mean slip in the step, n of its start
+!>   g = sum A_s phi(x_s + sum N_a u_a)/A          mean gap of a patch, for the body at the end of the step
+!>   s = sum A_s (1 - n n')(u_s - u_body)/A        mean slip in the step, n at its start
 !>   force on node a    sum A_s N_a (p n_s + (1 - n n') t)
 !>   stiffness          eps A b b' - sum A_s p N_a N_b H_s + friction,   b_a = sum A_s n_s N_a/A
 !>
 !> with the points s of the patch, their places x_s and areas A_s at the start of the step, and p(g), t(s, p) of
-!> qsmpm_contact_law. Pressure and shear of a step stay with the points as the multipliers of the next one. Surface
-!> points ride on the soil: g is the whole gap. Points on the body are at no distance from it at the start of each step:
-!> g is what the step opens. A body that is loaded along an axis is a node of its own there (field `body_motion`), with
-!> N = -1 at all its places; its equation is load - sum of its pushes = 0. In plane strain the angle of one that is
-!> loaded by a moment is another (field `body_turning`, qsmpm_contact_push), judged by the moments. Pose, force and
-!> moment of a body are kept (qsmpm_rigid_bodies). docs/methods/contact.md.
+!> qsmpm_contact_law. Pressure and shear of a step are stored at the points as the multipliers of the next one. Surface
+!> points move with the soil: g is the total gap. Points on the body have zero distance from it at the start of each
+!> step: g is the opening in the step. A body that is loaded along an axis is an additional node there (field
+!> `body_motion`), with N = -1 at all its places; its equation is load - sum of its contact forces = 0. In plane strain
+!> the angle of a body loaded by a moment is another node (field `body_turning`, qsmpm_contact_push), with the
+!> equilibrium of moments. Pose, force and moment of a body are stored (qsmpm_rigid_bodies). docs/methods/contact.md.
 !>
-!> Where a team shares the model a patch pushes at the nodes on every process that knows it; what it does to its body is
-!> a share that the process that counts it gives, the load one of the first process.
+!> Where a team shares the model, the force of a patch on the nodes is computed on every process that stores the patch;
+!> its force on the body is contributed by the process that counts it, the load by the first process.
 module qsmpm_contacts
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
@@ -42,10 +42,10 @@ module qsmpm_contacts
 
   public :: contacts_type, new_contacts, bodies_at_end, contact_counts
 
-  !> Cells that a body may move in one step.
+  !> Largest motion of a body in one step, in cells.
   real(wp), parameter :: largest_motion = 2.0_wp
 
-  !> Motion of loaded bodies in the step, and the angle by which they turn.
+  !> Fields of the motion of loaded bodies in the step, and of their angle of rotation.
   character(len=*), parameter :: motion_name = 'body_motion', turning_name = 'body_turning'
 
   type, extends(term_type) :: contacts_type
@@ -65,7 +65,7 @@ module qsmpm_contacts
 
 contains
 
-  !> The term.
+  !> Allocates the term.
   subroutine new_contacts(term)
     class(term_type), allocatable, intent(out) :: term
 
@@ -76,7 +76,7 @@ contains
     term%anchors = .true.
   end subroutine new_contacts
 
-  !> The rigid bodies of an analysis where they are at the end of the step.
+  !> Returns the rigid bodies of an analysis at their position at the end of the step.
   function bodies_at_end(terms) result(bodies)
     type(term_slot_type), intent(in) :: terms(:)
     type(placed_shape_type), allocatable :: bodies(:)
@@ -91,7 +91,8 @@ contains
     if (.not. allocated(bodies)) allocate (bodies(0))
   end function bodies_at_end
 
-  !> Pairs of bodies and surfaces, patches near the soil, and their places; zero where nothing is in contact.
+  !> Returns the numbers of pairs of bodies and surfaces, of patches near the soil, and of their places; zero where
+  !> nothing is in contact.
   function contact_counts(terms) result(counts)
     type(term_slot_type), intent(in) :: terms(:)
     integer :: counts(3), t
@@ -105,7 +106,7 @@ contains
     end do
   end function contact_counts
 
-  !> Motion and turning of the bodies, one node each.
+  !> Requests the fields of motion and rotation of the bodies, one node each.
   subroutine choose_fields(self, model)
     class(contacts_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -117,7 +118,7 @@ contains
     end associate
   end subroutine choose_fields
 
-  !> Held along the axes that are not loaded: what *MOVE asks for is in the pose, not in the field.
+  !> Constrains the axes that are not loaded: displacements prescribed by *MOVE are part of the pose, not of the field.
   subroutine prescribe(self, model, fraction, constrained, values)
     class(contacts_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -145,14 +146,14 @@ contains
     end do
   end subroutine prescribe
 
-  !> Whether bodies turn by unknowns in this model.
+  !> Returns whether rotations of bodies are unknowns in this model.
   pure logical function may_turn(self)
     class(contacts_type), intent(in) :: self
 
     may_turn = find_field(self%unknowns, turning_name) > 0
   end function may_turn
 
-  !> Column of a body in the table of unknowns; 0 where there is no such field.
+  !> Returns the column of a body in the table of unknowns; 0 where there is no such field.
   pure integer function column_of(self, body, field_name) result(column)
     class(contacts_type), intent(in) :: self
     integer, intent(in) :: body
@@ -163,7 +164,7 @@ contains
       column = joint_node(self%unknowns, body, find_field(self%unknowns, field_name))
   end function column_of
 
-  !> Patches near the bodies, with what they bring from the step before.
+  !> Sets up the patches near the bodies, with their data of the previous step.
   subroutine prepare(self, model, configuration)
     class(contacts_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -178,16 +179,16 @@ contains
       call add_unknown(self, self%scratch%column(b))
       call add_unknown(self, self%scratch%turning_column(b))
     end do
-    ! The moment is that of where the shear acts, the slip that of what rode on the body.
+    ! The moment refers to the place where the shear acts, the slip to the place that moved with the body.
     self%symmetric = all(.not. self%scratch%strength(1, :) > 0.0_wp) .and. &
       (all(self%scratch%turning_column == 0) .or. all(.not. self%scratch%strength(2, :) > 0.0_wp))
   end subroutine prepare
 
-  !> A stencil of its own for the motion of a free body, which is an unknown even where nothing touches it; `evaluate`
-  !> says so.
+  !> Adds a stencil for the motion of a free body, which is an unknown even where nothing touches it; `evaluate` then
+  !> reports this.
   pure subroutine add_unknown(self, column)
     class(contacts_type), intent(inout) :: self
-    !> In the table of unknowns; 0 for a body that is held.
+    !> Column in the table of unknowns; 0 for a constrained body.
     integer, intent(in) :: column
 
     if (column == 0) return
@@ -198,7 +199,7 @@ contains
     end associate
   end subroutine add_unknown
 
-  !> Put the bodies where they are at a fraction of the phase.
+  !> Moves the bodies to their position at a fraction of the phase.
   subroutine set_load(self, model, configuration, fraction)
     class(contacts_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -216,7 +217,8 @@ contains
     self%scratch%final = self%scratch%now
   end subroutine set_load
 
-  !> A body that moves so far in a step that it may pass surface points unseen loses the step.
+  !> Evaluates the bodies at a displacement; a body that moves so far in a step that it may pass surface points makes
+  !> the step fail.
   subroutine evaluate(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     class(contacts_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -259,11 +261,12 @@ contains
     end associate
   end subroutine evaluate
 
-  !> Fail where gap or slip of a patch are no numbers: as a pressure they would be 0, and the contact silent.
+  !> Fails where gap or slip of a patch is not a number: the resulting pressure would be 0, and the error would not be
+  !> noticed.
   subroutine check_number(self, model, c, displacement, failure)
     class(contacts_type), intent(in) :: self
     type(model_type), intent(in) :: model
-    !> The patch.
+    !> Number of the patch.
     integer, intent(in) :: c
     real(wp), intent(in) :: displacement(:, :)
     type(failure_type), intent(inout) :: failure
@@ -281,7 +284,7 @@ contains
     end associate
   end subroutine check_number
 
-  !> Whether a body moves in the step by what is asked of it.
+  !> Returns whether a body has a prescribed motion in the step.
   pure logical function has_moved(scratch)
     type(contact_scratch_type), intent(in) :: scratch
     integer :: b
@@ -295,7 +298,7 @@ contains
     end do
   end function has_moved
 
-  !> Put a body where it is with the displacement of its free components.
+  !> Moves a body to its position with the displacement of its free components.
   pure subroutine place_body(scratch, body, displacement)
     type(contact_scratch_type), intent(inout) :: scratch
     integer, intent(in) :: body
@@ -309,7 +312,7 @@ contains
     end associate
   end subroutine place_body
 
-  !> A body that is loaded and touches nothing, on no process, loses the step.
+  !> Makes the step fail if a loaded body is in contact on no process.
   subroutine judge(self, model, displacement, failure)
     class(contacts_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -326,7 +329,7 @@ contains
     end do
   end subroutine judge
 
-  !> Whether a body is held by a patch.
+  !> Returns whether a body is supported by a patch.
   logical function touches_soil(self, body, displacement) result(touches)
     class(contacts_type), intent(in) :: self
     integer, intent(in) :: body
@@ -349,7 +352,7 @@ contains
     end associate
   end function touches_soil
 
-  !> Fail where a place that rides on a body moves too far.
+  !> Fails where a place that moves with a body moves too far.
   subroutine check_motion(self, model, b, x, failure)
     class(contacts_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -366,7 +369,7 @@ contains
       real_text(largest_motion)//' cells in one step; use more STEPS'
   end subroutine check_motion
 
-  !> Push of the bodies.
+  !> Adds the force of the bodies on the nodes.
   subroutine add_force(self, displacement, force)
     class(contacts_type), intent(in) :: self
     !> (dimension, nodes)
@@ -394,7 +397,7 @@ contains
     end do
   end subroutine add_force
 
-  !> Angle of a body that may turn.
+  !> Returns the angle of a body that may rotate.
   pure real(wp) function angle_of(self, body, displacement) result(angle)
     class(contacts_type), intent(in) :: self
     integer, intent(in) :: body
@@ -403,8 +406,8 @@ contains
     angle = self%scratch%now(body)%pose%rotation(3) + displacement(1, self%scratch%turning_column(body))
   end function angle_of
 
-  !> Loads and pushes on the bodies by their size: what their equations refer to. Where the soil pushes nothing yet, of
-  !> a body that is set down, moments refer to the forces of the loads at the mean arm of the places.
+  !> Adds the sizes of loads and contact forces on the bodies, to which their equations refer. Where the soil exerts no
+  !> force yet on a body being placed, moments refer to the forces of the loads times the mean arm of the places.
   subroutine add_sizes(self, sizes)
     class(contacts_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
@@ -443,7 +446,7 @@ contains
     end associate
   end subroutine add_sizes
 
-  !> Stiffness of the contacts.
+  !> Adds the stiffness of the contacts.
   subroutine add_blocks(self, displacement, equations, matrix)
     class(contacts_type), intent(in) :: self
     !> (dimension, nodes)
@@ -461,7 +464,7 @@ contains
       if (.not. self%scratch%counted(c)) block(:, n + 1:, :, n + 1:) = 0.0_wp
       call add_block(equations, self%first_stencil + c - 1, block, matrix)
     end do
-    ! What the arms of the loads add; the lists of the bodies stand behind those of the patches.
+    ! Contribution of the arms of the loads; the lists of the bodies follow those of the patches.
     if (.not. self%scratch%counts_loads) return
     list = self%first_stencil + self%scratch%patches%count + count(self%scratch%column > 0) - 1
     do b = 1, size(self%scratch%turning_column)
@@ -474,7 +477,7 @@ contains
     end do
   end subroutine add_blocks
 
-  !> Points keep pressure and shear, bodies where they are and what the soil does to them.
+  !> Stores pressure and shear at the points, and position, force and moment of the bodies.
   subroutine commit(self, displacement, model)
     class(contacts_type), intent(inout) :: self
     !> (dimension, nodes)
