@@ -1,8 +1,8 @@
 !> Domains of the material points: the boxes over which GIMP and SPLINE2G average their functions.
 !>
-!> A domain keeps its axes; its half lengths are the initial ones times the diagonal of the right stretch tensor U =
-!> (F'F)^(1/2) of the point (Coombs et al. 2020). It ends at the boundary of the mesh, extends at most one cell beyond
-!> its own cell, and does not extend through a wall: a kink of the space with an inactive cell behind it, such as the
+!> A domain keeps its axes; its half lengths are the initial ones times the diagonal of the right stretch tensor of the
+!> point, U = (F'F)^(1/2) (Coombs et al. 2020). It ends at the boundary of the mesh, extends at most one cell beyond its
+!> own cell, and does not extend through a wall: a kink of the space with an inactive cell behind it, such as the
 !> underside of a plate or the edge above an open slot. The last two limits shorten both ends equally, so that the point
 !> remains in the middle.
 module qsmpm_domains

@@ -4,8 +4,8 @@
 !> One pressure per cell leaves about two equations of motion for each constraint of constant volume on quads, bricks
 !> and quadratic elements. Linear triangles and wedges have twice, tetrahedra five times as many cells per node; their
 !> cells are joined over faces, the largest face first, in rounds that double the patch: triangles and wedges (over
-!> vertical faces) to pairs, tetrahedra to groups of four. Patches without a partner join the smallest neighbour. The
-!> result depends on the active cells only, not on threads or on the order of points.
+!> quadrilateral faces) to pairs, tetrahedra to groups of four. Patches without a partner join the smallest neighbour.
+!> The result depends on the active cells only, not on threads or on the order of points.
 module qsmpm_pressure_groups
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: tri3, wedge6, tet4, face_corners, face_corner_count

@@ -1,9 +1,9 @@
 !> Shape functions of the 6-node and the 15-node wedge and their derivatives with respect to (xi, eta, zeta).
 !>
-!> L are the barycentric coordinates of the triangle; t = -zeta at the bottom and t = +zeta at the top. Linear: N = L
-!> (1+t)/2. Quadratic: N = L (1+t)(2 L - 2 + t)/2 at the corners, N = 2 L_a L_b (1+t) on the edges of bottom and top, N
-!> = L (1 - zeta^2) on the vertical edges. The corner functions decrease to -1/4 at the centre of a side face (L = 1/2,
-!> zeta = 0).
+!> L are the barycentric coordinates of the triangle; t = -zeta at the bottom and t = +zeta at the top.
+!> Linear: N = L (1+t)/2. Quadratic: N = L (1+t)(2 L - 2 + t)/2 at the corners, N = 2 L_a L_b (1+t) on the edges of
+!> bottom and top, N = L (1 - zeta^2) on the vertical edges. The corner functions decrease to -1/4 at the centre of a
+!> side face (L = 1/2, zeta = 0).
 module qsmpm_shape_wedge
   use qsmpm_kinds, only: wp
   use qsmpm_element_tables, only: edges => triangle_edges, dl => triangle_gradients

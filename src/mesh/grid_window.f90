@@ -6,7 +6,7 @@
 !> The module also assigns the labels of a grid, which do not depend on the part of it that is in use.
 !>
 !> With N corner nodes in the whole grid, labelled 1 to N with x fastest, then y, the mid node of an edge has the label
-!> N (dx + 2 dy + 4 dz) + the corner label of (i, j, k),  where i, j, k is the lower line of the edge along each axis
+!> N (dx + 2 dy + 4 dz) + the corner label of (i, j, k), where i, j, k is the lower line of the edge along each axis
 !> and dx, dy, dz are 1 for the axes that it is parallel to. Elements are labelled in the order of the corner nodes.
 module qsmpm_grid_window
   use qsmpm_kinds, only: wp

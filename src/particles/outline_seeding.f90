@@ -29,7 +29,7 @@ contains
   !> Adds surface points on the bounds of a body inside a box.
   pure subroutine seed_outline(mesh, occupied, shape, box, slack, degree, surface, list, left_out)
     type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material of the body (cell_count).
+    !> Cells that contain material of the body (cell_count).
     logical, intent(in) :: occupied(:)
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape

@@ -27,7 +27,7 @@ contains
     !> GMSH or ABAQUS.
     character(len=*), intent(in) :: format
     type(mesh_type), intent(out) :: mesh
-    !> `path:line: what is wrong`.
+    !> Error message with path and line.
     type(error_type), allocatable, intent(out) :: error
     type(gmsh_file_type) :: gmsh
     type(abaqus_file_type) :: abaqus
