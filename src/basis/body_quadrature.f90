@@ -1,15 +1,15 @@
-!> Integration points of bodies whose outline is carried with the material: those of the deformed body as the grid cuts
-!> it, found anew in every step.
+!> Integration points of bodies whose outline moves with the material. They are generated in every step for the deformed
+!> body as it is cut by the grid.
 !>
-!> The material points move and keep their volumes, so that after a while those of a cut cell are no longer the moments
-!> of what lies in it. The outline tells what does; the integration points that it gives (qsmpm_outline_quadrature,
-!> in space qsmpm_seeding) have again
+!> The material points move and keep their volumes, so that after some time those of a cut cell no longer represent the
+!> moments of the material in it. The outline defines this material. With the integration points that are generated from
+!> the outline (qsmpm_outline_quadrature, in 3D qsmpm_seeding)
 !>
 !>   sum over points of V grad N_a  =  sum over surface points of N_a a
 !>
-!> for every function. Each integration point takes the state of the nearest material point of its body, one in its own
-!> cell where there is one. A process of a team asks the others for it where its cell has none (qsmpm_source_sharing).
-!> docs/methods/bodies.md.
+!> holds again for every function. Each integration point takes the state of the nearest material point of its body, one
+!> in its own cell if there is one. If the cell has none on this process, the state is requested from the other
+!> processes of the team (qsmpm_source_sharing). docs/methods/bodies.md.
 module qsmpm_body_quadrature
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
@@ -25,43 +25,43 @@ module qsmpm_body_quadrature
   public :: body_quadrature_type, received_states_type, sort_seeds, choose_sources, nearest_in, source_material, &
     put_bodies, is_filled
 
-  !> What a body may lack of a cell that it fills: rounding.
+  !> Rounding tolerance on the fraction of a cell that a body fills.
   real(wp), parameter :: rounding = 1.0e-9_wp
 
-  !> Material points of other processes that integration points take their states from: materials, volumes, these over
-  !> those at the start (n), stresses (4 or 6, n) and states of the laws (states, n).
+  !> Material points of other processes that provide states to integration points: materials, volumes, ratios of volume
+  !> to initial volume (n), stresses (4 or 6, n) and state variables of the laws (states, n).
   type :: received_states_type
     integer, allocatable :: material(:)
     real(wp), allocatable :: volume(:), volume_ratio(:), stress(:, :), state(:, :)
   end type received_states_type
 
-  !> Integration points sorted by cell; no bodies and no cells where nothing is carried.
+  !> Integration points sorted by cell; empty if no outline is transported.
   type :: body_quadrature_type
-    !> Bodies whose outline is carried and bounds their points (bodies).
+    !> Bodies whose outline moves with the material and bounds their points (bodies).
     logical, allocatable :: carried(:)
-    !> Those of a cell: first(c) : first(c+1)-1 (cell_count+1).
+    !> Integration points of cell c: first(c) : first(c+1)-1 (cell_count+1).
     integer, allocatable :: first(:)
-    !> Local coordinates (dimension, n), volumes, bodies and material points they take their state from (n): below 0
-    !> one of `received`, 0 in a cell too far from those of this process to matter.
+    !> Local coordinates (dimension, n), volumes, bodies, and material points that provide the state (n): a negative
+    !> number refers to `received`, 0 is used in a cell too far from those of this process to matter.
     real(wp), allocatable :: local(:, :), volume(:)
     integer, allocatable :: body(:), source(:)
     type(received_states_type) :: received
-    !> Half lengths of the boxes that they stand for, and ends of these in the cell (dimension, n).
+    !> Half lengths of the boxes that the points represent, and ends of these boxes in the cell (dimension, n).
     real(wp), allocatable :: half(:, :), low(:, :), high(:, :)
-    !> Share of each cell that carried bodies hold (cell_count).
+    !> Fraction of each cell that these bodies fill (cell_count).
     real(wp), allocatable :: fill(:)
-    !> Vertices that this was found for (dimension, m).
+    !> Vertices of the outlines for which the points were generated (dimension, m).
     real(wp), allocatable :: vertices(:, :)
   end type body_quadrature_type
 
 contains
 
-  !> Sort seeds of bodies by cell.
+  !> Sorts the seed points of bodies by cell.
   pure subroutine sort_seeds(list, volumes, carried, quadrature)
     type(seed_list_type), intent(in) :: list
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)
-    !> Bodies whose seeds are taken (bodies).
+    !> Bodies whose seed points are used (bodies).
     logical, intent(in) :: carried(:)
     type(body_quadrature_type), intent(out) :: quadrature
     integer :: i, c, n, rows
@@ -90,7 +90,7 @@ contains
     end do
   end subroutine sort_seeds
 
-  !> Find the boxes of the integration points, and the material points that they take their states from.
+  !> Determines the boxes of the integration points, and the material points that provide their states.
   pure subroutine choose_sources(mesh, activation, points, in_own_cell, quadrature)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
@@ -123,12 +123,12 @@ contains
     end do
   end subroutine choose_sources
 
-  !> The material point of a body in a cell that is nearest to a place, if nearer than the one so far.
+  !> Replaces `nearest` by the material point of a body in a cell that is nearest to a position, if it is nearer.
   pure subroutine nearest_in(activation, points, cell, body, x, nearest)
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
     integer, intent(in) :: cell, body
-    !> Place (dimension).
+    !> Position (dimension).
     real(wp), intent(in) :: x(:)
     !> 0 for none.
     integer, intent(inout) :: nearest
@@ -146,7 +146,7 @@ contains
     end do
   end subroutine nearest_in
 
-  !> Material of the point that an integration point takes its state from.
+  !> Material of the material point that provides the state of an integration point.
   elemental integer function source_material(quadrature, points, i) result(material)
     type(body_quadrature_type), intent(in) :: quadrature
     type(points_type), intent(in) :: points
@@ -159,7 +159,7 @@ contains
     end if
   end function source_material
 
-  !> Volume of that point.
+  !> Volume of the material point that provides the state of an integration point.
   pure real(wp) function source_volume(quadrature, points, i) result(volume)
     type(body_quadrature_type), intent(in) :: quadrature
     type(points_type), intent(in) :: points
@@ -172,12 +172,13 @@ contains
     end if
   end function source_volume
 
-  !> Put carried bodies in the place of what their material points stand for. A point that lies in a cell without a part
-  !> of its body is left as it is.
+  !> Replaces the material points of bodies with an outline by the integration points of these bodies. A point in a cell
+  !> that contains no part of its body is not changed.
   pure subroutine put_bodies(quadrature, points, pieces)
     type(body_quadrature_type), intent(in) :: quadrature
     type(points_type), intent(in) :: points
-    !> In: pieces of domains or points. Out: with the integration points of the bodies, after the others of a cell.
+    !> In: pieces of domains or points. Out: with the integration points of the bodies, after the other pieces of a
+    !> cell.
     type(pieces_type), intent(inout) :: pieces
     type(pieces_type) :: joint
     logical :: kept(size(pieces%point))
@@ -223,7 +224,7 @@ contains
     pieces = joint
   end subroutine put_bodies
 
-  !> Lists with room for the pieces of every cell.
+  !> Allocates lists for the pieces of every cell.
   pure subroutine make_room(pieces, number, dimension, joint, next)
     type(pieces_type), intent(in) :: pieces
     !> Pieces of each cell (cell_count).
@@ -248,7 +249,7 @@ contains
     allocate (joint%high, source=joint%low)
   end subroutine make_room
 
-  !> Whether one body fills a cell.
+  !> Whether a single body fills a cell.
   pure logical function is_filled(quadrature, cell)
     type(body_quadrature_type), intent(in) :: quadrature
     integer, intent(in) :: cell

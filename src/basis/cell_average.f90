@@ -1,9 +1,9 @@
-!> CELL integration: full cells by a Gauss rule, all other cells at their points, over the pieces of domains that lie
-!> in them, or over the part of a body that lies in them where its outline is carried (qsmpm_body_quadrature).
+!> CELL integration: full cells by a Gauss rule; all other cells at their points, over the pieces of domains in them,
+!> or, if the outline of a body moves with the material, over the part of the body in them (qsmpm_body_quadrature).
 !>
-!> The start state at the Gauss points of a full cell is a fit of the points' own (qsmpm_cell_fit). It
-!> removes the cell-crossing noise of points whose number and place in the cell change; after the
-!> solution every point is still updated by its own strain.
+!> The initial state at the Gauss points of a full cell is a fit of the states of its points (qsmpm_cell_fit). This
+!> removes the cell-crossing noise of points whose number and position in the cell change. After the solution every
+!> material point is still updated with its own strain.
 module qsmpm_cell_average
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use qsmpm_kinds, only: wp
@@ -26,7 +26,7 @@ module qsmpm_cell_average
 
 contains
 
-  !> Replace the points of full cells by Gauss points.
+  !> Replaces the points of full cells by Gauss points.
   subroutine integrate_in_cells(mesh, space, activation, points, laws, domains, integration, &
     inaccurate, bodies, counted)
     type(mesh_type), intent(in) :: mesh
@@ -37,11 +37,11 @@ contains
     !> Domains of the points; used when the space has them.
     type(domains_type), intent(in) :: domains
     type(integration_type), intent(out) :: integration
-    !> Points of full cells that differ much from the fit.
+    !> Number of points of full cells that differ strongly from the fit.
     integer, intent(out) :: inaccurate
-    !> Bodies whose outline is carried; none when absent.
+    !> Bodies whose outline moves with the material; none when absent.
     type(body_quadrature_type), intent(in), optional :: bodies
-    !> Cells whose points count among them (cells); all when absent.
+    !> Cells whose points are included in this number (cells); all when absent.
     logical, intent(in), optional :: counted(:)
     type(pieces_type) :: pieces
     logical, allocatable :: whole(:)
@@ -87,11 +87,11 @@ contains
     end do
   end subroutine integrate_in_cells
 
-  !> The points that a cell owns; of a cell with parts of carried bodies those of the first one.
+  !> Returns the points of a cell; in a cell with parts of bodies with an outline, those of the first body.
   pure subroutine points_of_cell(activation, points, pieces, g, bodies, chosen)
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
-    !> What is integrated over, and the number of a cell in it.
+    !> Integration pieces, and index of the cell in them.
     type(pieces_type), intent(in) :: pieces
     integer, intent(in) :: g
     type(body_quadrature_type), intent(in), optional :: bodies
@@ -106,7 +106,7 @@ contains
     chosen = pack(chosen, points%body(chosen) == bodies%body(bodies%first(pieces%cell(g))))
   end subroutine points_of_cell
 
-  !> Whether a cell holds a part of a carried body.
+  !> Whether a cell contains a part of a body with an outline.
   pure logical function holds_body(bodies, cell)
     type(body_quadrature_type), intent(in), optional :: bodies
     integer, intent(in) :: cell
@@ -115,7 +115,8 @@ contains
     if (holds_body) holds_body = bodies%first(cell + 1) > bodies%first(cell)
   end function holds_body
 
-  !> Whether a cell is integrated by the Gauss rule: one full of one material, or that a carried body fills alone.
+  !> Whether a cell is integrated by the Gauss rule: it is full of one material, or a single body with an outline fills
+  !> it.
   pure logical function is_whole(activation, points, pieces, g, chosen, bodies) result(whole)
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
@@ -135,15 +136,15 @@ contains
     end if
   end function is_whole
 
-  !> First integration point of every group, and the number of Gauss points.
+  !> Returns the first integration point of every group, and the number of Gauss points.
   subroutine count_points(mesh, space, pieces, whole, first, own)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
-    !> What is integrated in the cells that are not whole.
+    !> Pieces integrated in the cells that are not full.
     type(pieces_type), intent(in) :: pieces
     !> Groups integrated by the Gauss rule.
     logical, intent(in) :: whole(:)
-    !> First places of the rows.
+    !> First integration point of each group.
     integer, intent(inout) :: first(:)
     integer, intent(out) :: own
     real(wp), allocatable :: places(:, :), weights(:)
@@ -162,7 +163,7 @@ contains
     end do
   end subroutine count_points
 
-  !> The pieces of a cell as they are.
+  !> Sets the integration points of a cell that is integrated over its pieces.
   pure subroutine take_pieces(mesh, space, points, pieces, group, bodies, integration)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
@@ -195,7 +196,7 @@ contains
     end do
   end subroutine take_pieces
 
-  !> Whether a piece is an integration point of a carried body that sees the functions at its place.
+  !> Whether a piece is an integration point of a body with an outline at which functions are evaluated, not averaged.
   pure logical function sees_place(space, pieces, n)
     type(space_type), intent(in) :: space
     type(pieces_type), intent(in) :: pieces
@@ -205,19 +206,19 @@ contains
     if (sees_place) sees_place = pieces%of_body(n) .and. (pieces%at_place(n) .or. .not. space%domains)
   end function sees_place
 
-  !> Fit the points of a full cell and sample the fit at its Gauss points.
+  !> Fits the points of a full cell and evaluates the fit at its Gauss points.
   subroutine average_cell(mesh, space, points, laws, chosen, group, own, integration, inaccurate)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
-    !> Material points of the cell; number of the group that is filled.
+    !> Material points of the cell; number of the group that is set.
     integer, intent(in) :: chosen(:), group
-    !> Gauss points so far, added to.
+    !> Number of Gauss points, incremented.
     integer, intent(inout) :: own
     type(integration_type), intent(inout) :: integration
-    !> Count of inaccurate points, added to.
+    !> Number of inaccurate points, incremented.
     integer, intent(inout) :: inaccurate
     real(wp), allocatable :: places(:, :), weights(:), coefficients(:, :), sampled(:)
     real(wp) :: determinant
@@ -226,7 +227,7 @@ contains
     kind = mesh%cell_kind(integration%cell(group))
     material = points%material(chosen(1))
     fields = laws(material)%law%fit_count()
-    ! Quadratic for cubic splines where the cell has the points for it.
+    ! The fit is quadratic for cubic splines in cells with enough points.
     order = merge(2, 1, space%tensor .and. space%degree > 2 .and. size(chosen) > monomial_count(mesh%dimension, 2))
     allocate (coefficients(monomial_count(mesh%dimension, order), fields + 1), sampled(fields + 1))
     call fit_cell(kind, points, laws(material), chosen, coefficients, inaccurate)
@@ -247,8 +248,8 @@ contains
     end do
   end subroutine average_cell
 
-  !> Gauss points of a full cell: the element's own, for splines as many a direction as the degree. A
-  !> grid one cell wide gets one more: there no neighbour holds the polynomials that vanish at them.
+  !> Returns the Gauss rule of a full cell: that of the element; for splines as many points per direction as the degree.
+  !> A grid one cell wide gets one more: no neighbour there controls the polynomials that vanish at the points.
   pure subroutine cell_rule(space, kind, places, weights)
     type(space_type), intent(in) :: space
     !> Element kind.

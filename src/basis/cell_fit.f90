@@ -1,9 +1,9 @@
-!> The fit of a cell's state: volume-weighted least squares of the fields the law offers for averaging and
-!> of ln J over the points of a full cell, linear in the cell or quadratic for cubic splines.
+!> Fit of the state of a cell: volume-weighted least squares of the averaging fields of the law and of ln J over the
+!> points of a full cell, linear in the cell or quadratic for cubic splines.
 !>
 !>   ( sum V z z' / sum V + diag(0, r, .., r) ) c = sum V z y / sum V,   z = (1, centred local coordinates)
 !>
-!> The ridge r fades the slope out when the points of a cell lie in line. docs/methods/cell_integration.md.
+!> The ridge r suppresses the slope if the points of a cell are collinear. docs/methods/cell_integration.md.
 module qsmpm_cell_fit
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, local_centre
@@ -14,14 +14,14 @@ module qsmpm_cell_fit
 
   public :: fit_cell, monomials, monomial_count
 
-  !> Ridge of the fit, small against the 1/36 of evenly spread points.
+  !> Ridge of the fit, small compared with the value 1/36 of evenly distributed points.
   real(wp), parameter :: ridge = 1.0e-5_wp
-  !> A point is called inaccurate when its own field differs from the fit by more than this share.
+  !> A point is counted as inaccurate if its field differs from the fit by more than this fraction.
   real(wp), parameter :: inaccurate_share = 0.1_wp
 
 contains
 
-  !> Coefficients of the fit; the last field is ln J.
+  !> Computes the coefficients of the fit; the last field is ln J.
   subroutine fit_cell(kind, points, slot, chosen, coefficients, inaccurate)
     !> Element kind of the cell.
     integer, intent(in) :: kind
@@ -31,7 +31,7 @@ contains
     integer, intent(in) :: chosen(:)
     !> (monomials, fields + 1).
     real(wp), intent(out) :: coefficients(:, :)
-    !> Count of inaccurate points, added to.
+    !> Number of inaccurate points, incremented.
     integer, intent(inout) :: inaccurate
     real(wp) :: normal(size(coefficients, 1), size(coefficients, 1)), z(size(coefficients, 1))
     real(wp), allocatable :: y(:, :), monomial(:, :)
@@ -67,7 +67,7 @@ contains
     inaccurate = inaccurate + count_inaccurate(y, monomial, coefficients)
   end subroutine fit_cell
 
-  !> Points whose averaged fields differ from the fit by more than a share of the largest value.
+  !> Number of points whose averaged fields differ from the fit by more than a fraction of the largest value.
   pure integer function count_inaccurate(y, monomial, coefficients) result(inaccurate)
     !> Fields (fields + 1, n) and monomials (m, n) of the points, and the fit.
     real(wp), intent(in) :: y(:, :), monomial(:, :), coefficients(:, :)
@@ -83,8 +83,8 @@ contains
     end do
   end function count_inaccurate
 
-  !> 1, the local coordinates about the cell's centre, halved where they run from -1 to 1, and for a
-  !> quadratic fit their products.
+  !> Monomials: 1, the local coordinates relative to the centre of the cell, halved if they range from -1 to 1, and
+  !> their products for a quadratic fit.
   pure function monomials(kind, local, count) result(z)
     !> Element kind.
     integer, intent(in) :: kind
@@ -109,7 +109,7 @@ contains
     end do
   end function monomials
 
-  !> Monomials of a complete polynomial.
+  !> Number of monomials of a complete polynomial.
   pure integer function monomial_count(dimension, order)
     !> 2 or 3, and order 1 or 2.
     integer, intent(in) :: dimension, order
@@ -118,7 +118,7 @@ contains
     if (order == 2) monomial_count = monomial_count + dimension*(dimension + 1)/2
   end function monomial_count
 
-  !> Solve a small symmetric positive definite system in place (Cholesky).
+  !> Solves a small symmetric positive definite system in place (Cholesky).
   pure subroutine solve_small(matrix, rhs)
     !> Matrix (n,n), destroyed.
     real(wp), intent(inout) :: matrix(:, :)

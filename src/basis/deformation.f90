@@ -1,5 +1,5 @@
-!> What a displacement of the nodes does at a material point: its own displacement and the deformation
-!> gradient of the step; and the total one, kept only where a domain is updated by it.
+!> Kinematics of a material point for given nodal displacements: its displacement, the deformation gradient of the step,
+!> and the total deformation gradient, which is stored only if a domain is updated with it.
 module qsmpm_deformation
   use qsmpm_kinds, only: wp
   use qsmpm_tensor, only: unpack_gradient, pack_gradient, identity
@@ -11,7 +11,7 @@ module qsmpm_deformation
 
 contains
 
-  !> F_total <- F_step F_total at every material point.
+  !> Updates F_total <- F_step F_total at every material point.
   pure subroutine grow_deformation(at_points, displacement, total)
     !> Basis functions at the material points.
     type(integration_type), intent(in) :: at_points
@@ -31,8 +31,9 @@ contains
     end do
   end subroutine grow_deformation
 
-  !> Displacement of a point. In axisymmetry `shape` holds averages over the ring of a domain, whose centroid
-  !> lies outside of its middle; what moves is the middle, and the hoop direction holds its N/r.
+  !> Displacement of a point. In axisymmetry `shape` contains averages over the ring of a domain, whose centroid differs
+  !> from the midpoint of the domain. The result is the displacement of the midpoint, by the unweighted averages stored
+  !> in the hoop direction.
   pure function point_displacement(at_points, displacement, group, point) result(u)
     !> Basis functions at the material points.
     type(integration_type), intent(in) :: at_points
@@ -62,7 +63,7 @@ contains
     end if
   end function point_displacement
 
-  !> Deformation gradient of the step at one point.
+  !> Deformation gradient of the step at a point.
   pure function step_gradient(at_points, displacement, group, point) result(f)
     !> Basis functions at the material points.
     type(integration_type), intent(in) :: at_points

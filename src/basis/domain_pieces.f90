@@ -1,9 +1,9 @@
 !> Pieces of the domains of the material points, cell by cell.
 !>
-!> A domain that reaches into several cells is cut along the grid lines; each piece carries its share
-!> of the point's volume. So a cell holds the material that is really in it, whoever owns the point:
-!> the cells of CELL integration that stay with their points are integrated over such pieces. Without
-!> domains a point is one piece, in the cell that owns it. In axisymmetry shares are those of rings.
+!> A domain that extends over several cells is cut along the grid lines; each piece has its share of the volume of the
+!> point. So a cell contains the material that is really in it, independent of the cell that owns the point: the cells
+!> of CELL integration that are not integrated by a Gauss rule are integrated over these pieces. Without domains a point
+!> is one piece, in the cell that owns it. In axisymmetry shares are those of rings.
 module qsmpm_domain_pieces
   use qsmpm_kinds, only: wp
   use qsmpm_point_location, only: activation_type
@@ -17,25 +17,25 @@ module qsmpm_domain_pieces
 
   public :: pieces_type, cut_domains, whole_points
 
-  !> Pieces sorted by cell, and in a cell by point.
+  !> Pieces sorted by cell, and within a cell by point.
   type :: pieces_type
-    !> Cells that hold pieces, rising; the pieces of cell(g) are first(g) : first(g+1)-1.
+    !> Cells that contain pieces, ascending; the pieces of cell(g) are first(g) : first(g+1)-1.
     integer, allocatable :: cell(:), first(:)
-    !> Material point of each piece, below 0 one of another process (qsmpm_body_quadrature), and the share of its
+    !> Material point of each piece, negative for a point of another process (qsmpm_body_quadrature), and share of its
     !> volume (n).
     integer, allocatable :: point(:)
     real(wp), allocatable :: share(:)
-    !> Lower and upper ends of the pieces (dimension, n); without entries for whole points.
+    !> Lower and upper ends of the pieces (dimension, n); empty if points are not cut.
     real(wp), allocatable :: low(:, :), high(:, :)
-    !> Integration points of carried bodies, and those among them that have no box (n); their local coordinates in the
-    !> cell (dimension, n). Unallocated where all pieces are those of domains or of points.
+    !> Marks of the integration points of bodies with an outline, and of those among them without a box (n); their local
+    !> coordinates in the cell (dimension, n). Not allocated if all pieces are those of domains or of points.
     logical, allocatable :: of_body(:), at_place(:)
     real(wp), allocatable :: local(:, :)
   end type pieces_type
 
 contains
 
-  !> Every point as one piece in its owner cell.
+  !> Returns every point as one piece in its owner cell.
   pure subroutine whole_points(activation, pieces)
     type(activation_type), intent(in) :: activation
     type(pieces_type), intent(out) :: pieces
@@ -47,9 +47,9 @@ contains
     allocate (pieces%low(0, 0), pieces%high(0, 0))
   end subroutine whole_points
 
-  !> Cut the domains along the grid lines.
+  !> Cuts the domains along the grid lines.
   pure subroutine cut_domains(space, mesh, domains, pieces)
-    !> The space of displacements: its axes hold the grid lines.
+    !> Space of displacements, whose axes store the grid lines.
     type(space_type), intent(in) :: space
     type(mesh_type), intent(in) :: mesh
     type(domains_type), intent(in) :: domains
@@ -78,15 +78,15 @@ contains
     end do
   end subroutine cut_domains
 
-  !> The part of a domain in one cell. Ends beyond the outermost cells stay: their share is theirs.
+  !> Returns the part of a domain in one cell. Ends beyond the outermost cells are kept in the pieces of these cells.
   pure subroutine cut(space, domains, p, at, low, high, share)
     type(space_type), intent(in) :: space
     type(domains_type), intent(in) :: domains
-    !> The material point; place of the cell along the axes.
+    !> Material point; position of the cell along the axes.
     integer, intent(in) :: p, at(3)
     !> Ends of the piece (dimension).
     real(wp), intent(out) :: low(:), high(:)
-    !> Share of the volume.
+    !> Share of the volume of the point.
     real(wp), intent(out) :: share
     integer :: a, from, to
 

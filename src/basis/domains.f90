@@ -1,10 +1,10 @@
 !> Domains of the material points: the boxes over which GIMP and SPLINE2G average their functions.
 !>
-!> A domain keeps its axes; its half lengths are the initial ones times the diagonal of the right
-!> stretch U = (F'F)^(1/2) of the point (Coombs et al. 2020). It ends at the mesh, it never reaches
-!> further than one cell beyond its own, and it does not reach through a wall: a kink of the space with
-!> an inactive cell behind it, such as the underside of a plate or the edge above which a slot is open.
-!> The last two bounds shorten both ends alike, so that the point stays in the middle.
+!> A domain keeps its axes; its half lengths are the initial ones times the diagonal of the right stretch tensor of the
+!> point, U = (F'F)^(1/2) (Coombs et al. 2020). It ends at the boundary of the mesh, extends at most one cell beyond its
+!> own cell, and does not extend through a wall: a kink of the space with an inactive cell behind it, such as the
+!> underside of a plate or the edge above an open slot. The last two limits shorten both ends equally, so that the point
+!> remains in the middle.
 module qsmpm_domains
   use qsmpm_kinds, only: wp
   use qsmpm_spectral, only: spectral
@@ -19,7 +19,7 @@ module qsmpm_domains
 
   public :: domains_type, place_domains, touch_cells, cells_of
 
-  !> Boxes of all points.
+  !> Domains of all points.
   type :: domains_type
     !> Lower and upper ends (dimension, n).
     real(wp), allocatable :: low(:, :), high(:, :)
@@ -27,7 +27,7 @@ module qsmpm_domains
 
 contains
 
-  !> The domains of a state.
+  !> Computes the domains of all points in the current state.
   subroutine place_domains(space, activation, points, domains)
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
@@ -78,12 +78,11 @@ contains
     diagonal = [(u(a, a), a=1, dimension)]
   end function stretch
 
-  !> Shorten a domain that reaches through kinks into an inactive cell: along the axis on which it
-  !> reaches least far.
+  !> Shortens a domain that extends through kinks into an inactive cell, along the axis on which it extends least.
   pure subroutine stay_inside_walls(space, activation, x, at, half)
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
-    !> The point.
+    !> Position of the point.
     real(wp), intent(in) :: x(:)
     !> Its cell along the axes.
     integer, intent(in) :: at(3)
@@ -119,11 +118,11 @@ contains
     end do
   end subroutine stay_inside_walls
 
-  !> Mark the cells that domains reach into: their functions take part in the equations.
+  !> Marks the cells that domains extend into: the functions of these cells take part in the equations.
   subroutine touch_cells(space, domains, touched)
     type(space_type), intent(in) :: space
     type(domains_type), intent(in) :: domains
-    !> (cell_count); cells are only added.
+    !> (cell_count); marks are only added.
     logical, intent(inout) :: touched(:)
     integer :: from(3), to(3), p, i, j, k
 
@@ -139,7 +138,7 @@ contains
     end do
   end subroutine touch_cells
 
-  !> Cells along the axes that the domain of a point reaches into.
+  !> Returns the range of cells along the axes that the domain of a point extends into.
   pure subroutine cells_of(space, domains, p, from, to)
     type(space_type), intent(in) :: space
     type(domains_type), intent(in) :: domains
@@ -156,10 +155,10 @@ contains
     end do
   end subroutine cells_of
 
-  !> Number of the cell at a place of the grid.
+  !> Number of the cell at a position of the grid.
   pure integer function cell_at(space, i, j, k)
     type(space_type), intent(in) :: space
-    !> Place along the axes.
+    !> Position along the axes.
     integer, intent(in) :: i, j, k
 
     cell_at = ((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i

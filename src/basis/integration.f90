@@ -1,17 +1,16 @@
-!> The one data structure of the assembler: integration points with a weight, a start state and the
-!> basis functions they see, grouped so that a group is assembled densely and scattered once.
+!> Data structure of the assembly: integration points with a weight, an initial state and the basis functions that are
+!> not zero there, in groups that are assembled densely and scattered once.
 !>
-!> All points of a group see the same nodes. Whether a point is a material point (eqs. 16-20 integrated
-!> over Omega_p) or a Gauss point of a full cell, and whether its functions are an element's, a spline's
-!> or their averages over a domain, makes no difference to who uses this. In axisymmetry volumes are per
-!> radian.
+!> All points of a group use the same nodes. Whether a point is a material point (eqs. 16-20 integrated over Omega_p) or
+!> a Gauss point of a full cell, and whether its functions are those of an element, of splines or their averages over a
+!> domain, makes no difference to the users of this structure. In axisymmetry volumes are per radian.
 !>
-!> The functions are packed without gaps, node first: with n nodes and k = q - first(g) the values of
-!> point q of group g follow place b = value_first(g) + k n of `shape`, and its gradients place
-!> `directions` b of `gradient`, direction by direction. So the gradients of a whole group are one
-!> matrix (n, directions * points). In axisymmetry the third direction is the hoop, N/r, and averages
-!> over a domain are those over its ring: weighted by the radius, but for N in N/r.
-!> qsmpm_point_integration and qsmpm_cell_average fill it.
+!> The functions are packed without gaps, node first: with n nodes and k = q - first(g), the values of point q of group
+!> g follow position b = value_first(g) + k n of `shape`, and its gradients follow position `directions` b of
+!> `gradient`, direction by direction. The gradients of a whole group thus form one matrix (n, directions * points). In
+!> axisymmetry the third direction is the hoop direction, N/r, and averages over a domain are averages over its ring,
+!> weighted by the radius except for N in N/r. The structure is filled by qsmpm_point_integration and
+!> qsmpm_cell_average.
 module qsmpm_integration
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
@@ -28,55 +27,55 @@ module qsmpm_integration
   !> Integration points in groups.
   type :: integration_type
     integer :: group_count = 0, point_count = 0
-    !> Directions of a gradient: the dimension, in axisymmetry three.
+    !> Directions of a gradient: the dimension, or three in axisymmetry.
     integer :: directions = 0
     logical :: axisymmetric = .false.
-    !> Cell of each group, of its first point where domains reach over faces (group_count).
+    !> Cell of each group; the cell of its first point if domains extend over faces (group_count).
     integer, allocatable :: cell(:)
     !> Points of group g: first(g) : first(g+1)-1.
     integer, allocatable :: first(:)
-    !> Nodes of the space that group g sees: nodes(node_first(g) : node_first(g+1)-1).
+    !> Nodes of the space used by group g: nodes(node_first(g) : node_first(g+1)-1).
     integer, allocatable :: node_first(:), nodes(:)
-    !> Values of the functions before those of each group (group_count+1).
+    !> Number of function values before those of each group (group_count+1).
     integer, allocatable :: value_first(:)
-    !> Basis functions (none where they are not wanted) and their gradients at the start of the step.
+    !> Basis functions (empty if not required) and their gradients at the start of the step.
     real(wp), allocatable :: shape(:), gradient(:)
     !> Volume at the start of the step (n).
     real(wp), allocatable :: weight(:)
     integer, allocatable :: material(:)
-    !> Material point behind the integration point, which holds its start state; for a Gauss point the
-    !> negative of its place in the start states below (n).
+    !> Material point of the integration point, which provides its initial state; for a Gauss point the negative of its
+    !> position in the initial states below (n).
     integer, allocatable :: source(:)
-    !> Where the integration points are; no columns where that is not wanted (dimension, n or 0).
+    !> Coordinates of the integration points; no columns if not required (dimension, n or 0).
     real(wp), allocatable :: place(:, :)
-    !> Of the Gauss points: start stress (4 or 6, m), law state (states, m), volume ratio (m).
+    !> For Gauss points: initial stress (4 or 6, m), law state (states, m), volume ratio (m).
     real(wp), allocatable :: stress(:, :), state(:, :), volume_ratio(:)
-    !> Of the Gauss points where points carry water: means of the cell (3, m; batch_type).
+    !> For Gauss points, if points store water: means over the cell (3, m; batch_type).
     real(wp), allocatable :: water(:, :)
-    !> The first of these are no Gauss points', but material points' that are on other processes of a team.
+    !> Number of initial states, stored first, that belong to material points of other processes, not to Gauss points.
     integer :: received = 0
-    !> Displacement gradients of the step to be used in place of those of the functions; unallocated as a
-    !> rule (dimension, dimension, n).
+    !> Displacement gradients of the step that replace those of the functions; usually not allocated (dimension,
+    !> dimension, n).
     real(wp), allocatable :: given(:, :, :)
-    !> Centre, size and metric of each group's cell, where a law asks for them (dimension, group_count), (group_count),
-    !> (dimension, dimension, group_count).
+    !> Centre, size and metric of the cell of each group, if a law requires them (dimension, group_count),
+    !> (group_count), (dimension, dimension, group_count).
     real(wp), allocatable :: cell_centre(:, :), cell_size(:), cell_metric(:, :, :)
   end type integration_type
 
 contains
 
-  !> Allocate the arrays of the points; the groups' nodes and points must be set.
+  !> Allocates the arrays of the points; the nodes and points of the groups must be set.
   pure subroutine allocate_integration(dimension, stress_components, state_count, own, with_shape, integration, &
       with_place)
-    !> 2 or 3; 4 or 6, and the most state variables of a law.
+    !> 2 or 3; 4 or 6, and the largest number of state variables of a law.
     integer, intent(in) :: dimension, stress_components
     integer, intent(in) :: state_count
-    !> Points that are not material points.
+    !> Number of points that are not material points.
     integer, intent(in) :: own
-    !> The functions themselves are wanted, not their gradients alone.
+    !> The functions are required in addition to their gradients.
     logical, intent(in) :: with_shape
     type(integration_type), intent(inout) :: integration
-    !> Places are wanted.
+    !> Coordinates of the points are required.
     logical, intent(in), optional :: with_place
     integer :: g, n, placed
 
@@ -98,7 +97,7 @@ contains
     allocate (integration%place(dimension, placed), source=0.0_wp)
   end subroutine allocate_integration
 
-  !> Place before the values of a point's functions.
+  !> Position before the function values of a point.
   pure integer function place_of(integration, group, point) result(place)
     type(integration_type), intent(in) :: integration
     !> Group and integration point.
@@ -127,7 +126,7 @@ contains
     end do
   end function group_of
 
-  !> Centre, size and metric of the groups' cells.
+  !> Computes centre, size and metric of the cells of the groups.
   subroutine measure_cells(mesh, integration)
     type(mesh_type), intent(in) :: mesh
     type(integration_type), intent(inout) :: integration
@@ -145,7 +144,7 @@ contains
     end do
   end subroutine measure_cells
 
-  !> Volume and start state of a material point, or of a share of it.
+  !> Sets volume and source of an integration point from a material point or from a share of it.
   pure subroutine take_point(points, p, share, q, integration)
     type(points_type), intent(in) :: points
     !> Material point.
@@ -161,11 +160,11 @@ contains
     integration%source(q) = p
   end subroutine take_point
 
-  !> One group for each of the cells given, with all nodes of the cell.
+  !> Creates one group for each of the given cells, with all nodes of the cell.
   pure subroutine set_group_nodes(mesh, space, cells, integration)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
-    !> Cells in rising order.
+    !> Cells in ascending order.
     integer, intent(in) :: cells(:)
     type(integration_type), intent(inout) :: integration
     integer :: nodes(most_functions), g, n, total
@@ -186,16 +185,16 @@ contains
     end do
   end subroutine set_group_nodes
 
-  !> Basis functions at one point of a group that sees all nodes of its cell (eqs. 13, 14).
+  !> Evaluates the basis functions at a point of a group that uses all nodes of its cell (eqs. 13, 14).
   pure subroutine set_basis(mesh, space, group, point, local, integration, determinant)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     !> Group and integration point.
     integer, intent(in) :: group, point
-    !> Local coordinates in the group's cell (dimension).
+    !> Local coordinates in the cell of the group (dimension).
     real(wp), intent(in) :: local(:)
     type(integration_type), intent(inout) :: integration
-    !> Determinant of the cell's Jacobian, times the radius in axisymmetry.
+    !> Determinant of the Jacobian of the cell, times the radius in axisymmetry.
     real(wp), intent(out), optional :: determinant
     type(shape_values_type) :: place
     real(wp) :: radius
@@ -216,7 +215,7 @@ contains
     if (present(determinant)) determinant = place%determinant*radius
   end subroutine set_basis
 
-  !> Functions averaged over a box: the domain of a material point or a piece of it.
+  !> Averages the functions over a box: the domain of a material point or a piece of it.
   pure subroutine set_average(space, low, high, first, count, group, point, integration)
     type(space_type), intent(in) :: space
     !> Ends of the box (dimension).
@@ -262,13 +261,13 @@ contains
     end do
   end subroutine set_average
 
-  !> The hoop direction N/r of a point, and its distance r from the axis.
+  !> Sets the hoop direction N/r of a point, and returns its distance r from the axis.
   pure subroutine set_hoop(mesh, space, group, point, shape, integration, radius)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     !> Group and integration point.
     integer, intent(in) :: group, point
-    !> Functions of the group's nodes there (n).
+    !> Functions of the nodes of the group at the point (n).
     real(wp), intent(in) :: shape(:)
     type(integration_type), intent(inout) :: integration
     real(wp), intent(out) :: radius
@@ -282,12 +281,12 @@ contains
     integration%gradient(b + 1:b + n) = shape/radius
   end subroutine set_hoop
 
-  !> Place at which the functions of a group have values.
+  !> Coordinates of the point at which the functions of a group have the given values.
   pure function position_of(mesh, space, group, shape, integration) result(x)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     integer, intent(in) :: group
-    !> Functions of the group's nodes there (n).
+    !> Functions of the nodes of the group at the point (n).
     real(wp), intent(in) :: shape(:)
     type(integration_type), intent(in) :: integration
     real(wp) :: x(mesh%dimension)

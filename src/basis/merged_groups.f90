@@ -1,7 +1,7 @@
-!> Integration points of several groups put together into one group over the union of their nodes.
+!> Merging of several groups of integration points into one group with the union of their nodes.
 !>
-!> Used for patches of cells that share a pressure (qsmpm_pressure_groups); the groups keep their
-!> order, and whoever assembles sees no difference but larger groups.
+!> This is used for patches of cells with a common pressure (qsmpm_pressure_groups). The groups keep their order; for
+!> the assembly the only difference is that groups are larger.
 module qsmpm_merged_groups
   use qsmpm_sorting, only: list_by_key, order_columns
   use qsmpm_integration, only: integration_type, allocate_integration, place_of
@@ -12,13 +12,13 @@ module qsmpm_merged_groups
 
 contains
 
-  !> Integration points by patches: a patch sees the nodes of all its groups, its points are sorted by
-  !> material, then group. Its cell is that of its first group.
+  !> Merges the groups of integration points into patches: a patch uses the nodes of all its groups; its points are
+  !> sorted by material, then group. Its cell is that of its first group.
   pure subroutine merge_groups(integration, patch, merged)
     type(integration_type), intent(in) :: integration
     !> Patch of each group, numbered in the order of their first groups (groups).
     integer, intent(in) :: patch(:)
-    !> Integration points by patches.
+    !> Integration points grouped by patches.
     type(integration_type), intent(out) :: merged
     integer :: place(size(integration%nodes)), taken(size(integration%material))
 
@@ -33,12 +33,12 @@ contains
     call take_points(integration, patch, place, taken, merged)
   end subroutine merge_groups
 
-  !> Node lists of the patches, and the place of each listed node of the groups in its patch.
+  !> Returns the node lists of the patches, and the position of each listed node of the groups in its patch.
   pure subroutine merge_nodes(integration, patch, merged, place)
     type(integration_type), intent(in) :: integration
     !> Patch of each group (groups).
     integer, intent(in) :: patch(:)
-    !> Integration points by patches.
+    !> Integration points grouped by patches.
     type(integration_type), intent(inout) :: merged
     !> (listed nodes)
     integer, intent(out) :: place(:)
@@ -71,14 +71,14 @@ contains
     allocate (merged%nodes, source=nodes(:n))
   end subroutine merge_nodes
 
-  !> Order of the points by patch, material, group and their order there.
+  !> Sorts the points by patch, material, group and their order there.
   pure subroutine sort_points(integration, patch, merged, taken)
     type(integration_type), intent(in) :: integration
     !> Patch of each group (groups).
     integer, intent(in) :: patch(:)
-    !> Its first points are set.
+    !> Integration points grouped by patches; the first points of the groups are set.
     type(integration_type), intent(inout) :: merged
-    !> Point that goes to each place (points).
+    !> Point at each position (points).
     integer, intent(out) :: taken(:)
     integer :: key(2, size(taken)), g, q
 
@@ -96,13 +96,13 @@ contains
     call order_columns(key, taken)
   end subroutine sort_points
 
-  !> Copy the points; gradients of nodes that a point's own group does not have are zero. Gauss points keep
-  !> their places among the start states.
+  !> Copies the points; gradients of nodes that do not belong to the group of a point are zero. Gauss points keep their
+  !> positions among the initial states.
   pure subroutine take_points(integration, patch, place, taken, merged)
     type(integration_type), intent(in) :: integration
-    !> Patch of each group (groups), place of listed nodes, point that goes to each place (points).
+    !> Patch of each group (groups), position of listed nodes, point at each position (points).
     integer, intent(in) :: patch(:), place(:), taken(:)
-    !> Integration points by patches, allocated with zeros.
+    !> Integration points grouped by patches, allocated with zeros.
     type(integration_type), intent(inout) :: merged
     integer :: group(size(taken)), g, h, a, b, q, k, n, m, from, to, j
 

@@ -1,11 +1,11 @@
-!> Integration at the material points: STANDARD, GIMP, splines, and FEM with its Gauss points.
+!> Integration at the material points: STANDARD, GIMP, splines, and FEM with Gauss points.
 !>
-!> Points that see the functions at their place are grouped by cells. Points that see averages over their domains are
-!> grouped by the block of functions their domain reaches: those well inside of a cell, and those on both sides of a
-!> face, an edge or a corner. In space, where a block has up to 64 nodes and to add it to the matrix costs more than
-!> to form it, blocks that begin at the same function and differ along x and y only are one group, with the largest
-!> extents: a third of the pairs to add, and twice the products. Where the points of a cell share their pressure the
-!> cell is the group, with the union of the blocks.
+!> Points at which the functions are evaluated are grouped by cells. Points with averages over their domains are grouped
+!> by the block of functions that their domain extends over: those well inside a cell, and those on both sides of a
+!> face, an edge or a corner. In 3D a block has up to 64 nodes, and adding it to the matrix costs more than forming it;
+!> there blocks that begin at the same function and differ along x and y only form one group, with the largest extents:
+!> a third of the pairs to add, and twice the products. If the points of a cell share their pressure, the group is the
+!> cell, with the union of the blocks.
 module qsmpm_point_integration
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
@@ -22,21 +22,21 @@ module qsmpm_point_integration
 
   public :: integrate_at_points
 
-  !> Points from which their functions are worth waking the threads.
+  !> Smallest number of points for which the functions are computed by several threads.
   integer, parameter :: fewest_points = 10000
 
 contains
 
-  !> Groups of material points with their functions.
+  !> Creates the groups of material points with their functions.
   subroutine integrate_at_points(mesh, space, activation, points, domains, integration, by_cells)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
-    !> Domains of the points; used when the space is averaged.
+    !> Domains of the points; used if the functions are averaged.
     type(domains_type), intent(in) :: domains
     type(integration_type), intent(out) :: integration
-    !> Groups are cells also when the space is averaged.
+    !> Groups are cells even if the functions are averaged.
     logical, intent(in), optional :: by_cells
     integer, allocatable :: first(:, :), count(:, :), order(:)
     integer :: g
@@ -67,14 +67,14 @@ contains
     if (space%averaged) call drop_unseen(integration)
   end subroutine integrate_at_points
 
-  !> Functions, volumes and sources of all points.
+  !> Sets functions, volumes and sources of all points.
   subroutine take_points(mesh, space, points, domains, first, count, order, integration)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(points_type), intent(in) :: points
-    !> Domains of the points; used when the space is averaged.
+    !> Domains of the points; used if the functions are averaged.
     type(domains_type), intent(in) :: domains
-    !> Block of functions of each group (3, groups); unallocated when the space is not averaged.
+    !> Block of functions of each group (3, groups); not allocated if the functions are not averaged.
     integer, allocatable, intent(in) :: first(:, :), count(:, :)
     !> Material point of each integration point (n).
     integer, intent(in) :: order(:)
@@ -99,13 +99,13 @@ contains
     !$omp end parallel do
   end subroutine take_points
 
-  !> Functions along each axis that the domains of a cell's points see.
+  !> Returns the range of functions along each axis for the domains of the points of each cell.
   pure subroutine average_ranges(space, activation, domains, first, count)
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
-    !> First function and how many (3, groups).
+    !> First function and number of functions (3, groups).
     integer, allocatable, intent(out) :: first(:, :), count(:, :)
     integer :: g, k, a, from(3), seen(3)
 
@@ -123,14 +123,14 @@ contains
     end do
   end subroutine average_ranges
 
-  !> Functions along each axis that the domain of a point sees.
+  !> Returns the range of functions along each axis for the domain of a point.
   pure subroutine block_of(space, domains, point, first, count)
     type(space_type), intent(in) :: space
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
     !> Material point.
     integer, intent(in) :: point
-    !> First function and how many.
+    !> First function and number of functions.
     integer, intent(out) :: first(3), count(3)
     integer :: a, from, to
 
@@ -143,7 +143,8 @@ contains
     end do
   end subroutine block_of
 
-  !> First function of the block of every point, and the extent that tells groups apart, as one number each.
+  !> Returns the first function of the block of every point, and the extent that distinguishes groups, as one number
+  !> each.
   subroutine number_blocks(space, domains, corner, extent, corners)
     type(space_type), intent(in) :: space
     !> Domains of the points.
@@ -167,16 +168,16 @@ contains
     corners = product(functions)
   end subroutine number_blocks
 
-  !> Sort the points by the block of functions they see; points of one block stay in the order of their
-  !> cells and materials there.
+  !> Sorts the points by block of functions; points of one block keep the order of their cells, and of their materials
+  !> there.
   subroutine group_by_blocks(space, activation, domains, first, count, order, group_first)
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
-    !> First function and how many (3, groups).
+    !> First function and number of functions (3, groups).
     integer, allocatable, intent(out) :: first(:, :), count(:, :)
-    !> Material point of each place (points), and first place of each group (groups+1).
+    !> Material point at each position (points), and first position of each group (groups+1).
     integer, allocatable, intent(out) :: order(:), group_first(:)
     integer :: corner(size(activation%point)), extent(size(activation%point)), corners, q, g, from(3), seen(3)
     integer, allocatable :: place(:), item(:)
@@ -205,9 +206,9 @@ contains
     end do
     group_first(g + 1) = size(order) + 1
   contains
-    !> Whether a place begins a group.
+    !> Whether a group begins at a position.
     pure logical function is_new(place)
-      !> Place in the order.
+      !> Position in the order.
       integer, intent(in) :: place
 
       is_new = place == 1
@@ -216,10 +217,10 @@ contains
     end function is_new
   end subroutine group_by_blocks
 
-  !> Nodes of the groups, a block of control points each.
+  !> Sets the nodes of the groups: a block of control points each.
   pure subroutine set_block_nodes(space, first, count, integration)
     type(space_type), intent(in) :: space
-    !> First function and how many along each axis (3, groups).
+    !> First function and number of functions along each axis (3, groups).
     integer, intent(in) :: first(:, :), count(:, :)
     type(integration_type), intent(inout) :: integration
     integer :: g
@@ -237,9 +238,9 @@ contains
     end do
   end subroutine set_block_nodes
 
-  !> Take the nodes out of the groups that none of their points sees: when one domain reaches to the
-  !> left and another one upwards, the block of both has a corner that belongs to neither, and an
-  !> equation for it would be empty. The values move up in their arrays.
+  !> Removes from the groups the nodes whose functions are zero at all their points: if one domain extends to the left
+  !> and another one upwards, the block of both has a corner that belongs to neither, and its equation would be empty.
+  !> The values are moved up in their arrays.
   pure subroutine drop_unseen(integration)
     type(integration_type), intent(inout) :: integration
     logical :: seen(maxval([0, integration%node_first(2:) - integration%node_first(:integration%group_count)]))
@@ -269,11 +270,11 @@ contains
     integration%nodes = integration%nodes(:integration%node_first(integration%group_count + 1) - 1)
   end subroutine drop_unseen
 
-  !> Move columns up, without the rows that are not kept.
+  !> Moves columns up and removes the rows that are not kept.
   pure subroutine keep_rows(kept, columns, from, to, values)
     !> Rows that are kept (n).
     logical, intent(in) :: kept(:)
-    !> Number of columns; places before the columns, present and new.
+    !> Number of columns; positions before the columns, current and new.
     integer, intent(in) :: columns, from, to
     !> Values, changed up to the last one moved.
     real(wp), intent(inout) :: values(:)

@@ -1,12 +1,11 @@
-!> Patches of one pressure: which cells are taken together so that one pressure a patch cures locking.
-!> The integration points are put together by qsmpm_merged_groups.
+!> Patches of constant pressure: selection of cells that form a patch with one pressure, which avoids volumetric
+!> locking. The integration points are merged by qsmpm_merged_groups.
 !>
-!> One pressure a cell leaves about two equations of motion for each condition of constant volume on
-!> quads, bricks and quadratic elements. Linear triangles and wedges have twice, tetrahedra five times
-!> as many cells a node; their cells are joined over faces, the largest face first, in rounds that
-!> double the patch: triangles and wedges (over upright faces) to pairs, tetrahedra to fours. Patches
-!> that found no partner join the smallest neighbour. All of it depends on the active cells only, not
-!> on threads or on the order of points.
+!> One pressure per cell leaves about two equations of motion for each constraint of constant volume on quads, bricks
+!> and quadratic elements. Linear triangles and wedges have twice, tetrahedra five times as many cells per node; their
+!> cells are joined over faces, the largest face first, in rounds that double the patch: triangles and wedges (over
+!> quadrilateral faces) to pairs, tetrahedra to groups of four. Patches without a partner join the smallest neighbour.
+!> The result depends on the active cells only, not on threads or on the order of points.
 module qsmpm_pressure_groups
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: tri3, wedge6, tet4, face_corners, face_corner_count
@@ -18,13 +17,13 @@ module qsmpm_pressure_groups
 
   public :: needs_patches, pressure_patches
 
-  !> Faces whose logarithmic size differs by less than the inverse count as equal, so that rounding
-  !> does not choose between the edges of a regular mesh.
+  !> Faces whose logarithmic sizes differ by less than the inverse are regarded as equal, so that rounding does not
+  !> decide between the edges of a regular mesh.
   real(wp), parameter :: size_steps = 1.0e4_wp
 
 contains
 
-  !> Rounds of joining that cells of a kind need; 0 where the cell itself will do.
+  !> Number of rounds of joining for cells of a kind; 0 if the cell itself suffices.
   pure integer function rounds(kind)
     !> Element kind.
     integer, intent(in) :: kind
@@ -34,7 +33,7 @@ contains
     if (kind == tet4) rounds = 2
   end function rounds
 
-  !> Whether cells of a kind are too small for a pressure of their own.
+  !> Whether cells of a kind are too small for one pressure per cell.
   pure logical function needs_patches(kind)
     !> Element kind.
     integer, intent(in) :: kind
@@ -42,12 +41,12 @@ contains
     needs_patches = rounds(kind) > 0
   end function needs_patches
 
-  !> Number the patches that the groups of cells belong to, in the order of their first groups.
+  !> Numbers the patches to which the groups of cells belong, in the order of their first groups.
   pure subroutine pressure_patches(mesh, cells, wanted, patch)
     type(mesh_type), intent(in) :: mesh
     !> Cell of each group, each cell at most once (groups).
     integer, intent(in) :: cells(:)
-    !> Groups that hold a material under a common pressure (groups).
+    !> Groups with a material that uses a common pressure (groups).
     logical, intent(in) :: wanted(:)
     !> Patch of each group (groups).
     integer, allocatable, intent(out) :: patch(:)
@@ -70,12 +69,12 @@ contains
     end do
   end subroutine pressure_patches
 
-  !> Pairs of groups whose cells may be joined over a face, the largest face first.
+  !> Returns the pairs of groups whose cells may be joined over a face, the largest face first.
   pure subroutine joinable_faces(mesh, cells, wanted, faces)
     type(mesh_type), intent(in) :: mesh
     !> Cell of each group (groups).
     integer, intent(in) :: cells(:)
-    !> Groups that hold a material under a common pressure (groups).
+    !> Groups with a material that uses a common pressure (groups).
     logical, intent(in) :: wanted(:)
     !> Groups on both sides of each face (2, faces).
     integer, allocatable, intent(out) :: faces(:, :)
@@ -105,7 +104,7 @@ contains
     end do
   end subroutine joinable_faces
 
-  !> Length or area of a face; a measure of it for warped ones.
+  !> Length or area of a face; an approximate area for warped faces.
   pure real(wp) function face_size(mesh, cell, face)
     type(mesh_type), intent(in) :: mesh
     !> Cell and its local face.
@@ -129,13 +128,14 @@ contains
     end if
   end function face_size
 
-  !> One round: patches of the last round are joined in twos.
+  !> Performs one round: patches of the previous round are joined in pairs.
   pure subroutine join_equals(kinds, faces, round, parent, members)
     !> Element kinds of the groups (groups); groups on both sides of each face, the largest first (2, faces).
     integer, intent(in) :: kinds(:), faces(:, :)
     !> Number of the round.
     integer, intent(in) :: round
-    !> Group that stands for this one's patch, in steps; members of the patch, at that group.
+    !> Parent of each group in the tree of its patch, whose root represents the patch; number of groups of the patch,
+    !> stored at the root.
     integer, intent(inout) :: parent(:), members(:)
     logical :: joined(size(parent))
     integer :: f, p, q
@@ -151,7 +151,7 @@ contains
     end do
   end subroutine join_equals
 
-  !> Patches of at most half the size wanted join their smallest neighbour.
+  !> Joins patches of at most half the required size to their smallest neighbour.
   pure subroutine join_leftovers(kinds, faces, parent, members)
     !> Element kinds of the groups (groups); groups on both sides of each face, the largest first (2, faces).
     integer, intent(in) :: kinds(:), faces(:, :)
@@ -177,9 +177,9 @@ contains
     end do
   end subroutine join_leftovers
 
-  !> Make one patch of two.
+  !> Joins two patches.
   pure subroutine join(p, q, parent, members)
-    !> Groups that stand for the two patches.
+    !> Groups that represent the two patches.
     integer, intent(in) :: p, q
     !> As for join_equals.
     integer, intent(inout) :: parent(:), members(:)
@@ -188,7 +188,7 @@ contains
     members(min(p, q)) = members(p) + members(q)
   end subroutine join
 
-  !> The group that stands for a patch: its first one.
+  !> Group that represents a patch: its first group.
   pure integer function root(parent, group)
     !> As for join_equals; a group of the patch.
     integer, intent(in) :: parent(:), group

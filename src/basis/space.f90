@@ -1,10 +1,9 @@
-!> The space of displacements: which functions carry the displacement, which of them a cell sees,
-!> and their values at a place.
+!> Space of displacements: its functions, the functions that are not zero in a cell, and their values at a point.
 !>
-!> A *node* of the space is a carrier of displacement: a node of the mesh for elements, a control
-!> point of a tensor-product B-spline on a structured grid otherwise. The solver numbers, constrains
-!> and solves for nodes of the space and knows nothing else of them. With `averaged` the functions a
-!> material point sees are means over its domain (`qsmpm_domains`): degree 1 is GIMP.
+!> A *node* of the space has displacement unknowns: it is a node of the mesh for elements, and a control point of a
+!> tensor-product B-spline on a structured grid otherwise. The solver numbers, constrains and solves for nodes of the
+!> space and uses nothing else of them. With `averaged` the functions of a material point are means over its domain
+!> (`qsmpm_domains`): degree 1 is GIMP.
 module qsmpm_space
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry
@@ -16,41 +15,41 @@ module qsmpm_space
   public :: space_type, shape_values_type, functions_at, cell_nodes_of_space, cell_position, cell_block, tensor_nodes, &
     refresh_space, value_at, node_position, node_label
 
-  !> Most functions that differ from zero at a place: cubic splines in space.
+  !> Largest number of functions that are not zero at a point: cubic splines in 3D.
   integer, parameter, public :: most_functions = 64
 
   !> The space.
   type :: space_type
-    !> Functions are tensor products of B-splines along the grid axes; else the elements' own.
+    !> Functions are tensor products of B-splines along the grid axes; otherwise those of the elements.
     logical :: tensor = .false.
-    !> Points see the functions averaged over their domains.
+    !> Functions are averaged over the domains of the points.
     logical :: averaged = .false.
-    !> Points have domains: to average over, or to be cut along the grid lines where cells are integrated.
+    !> Points have domains, which are used for averages or cut along the grid lines if cells are integrated.
     logical :: domains = .false.
     integer :: degree = 1
     integer :: node_count = 0
     !> Splines along each axis; unused for elements.
     type(spline_axis_type) :: axis(3)
-    !> Splines of the whole grid along each axis, and how many of them come before those here.
+    !> Number of splines of the whole grid along each axis, and number of them before those of this space.
     integer :: whole_count(3) = 1, skipped(3) = 0
-    !> Nodes of the space that belong to the node sets of the mesh, in their order.
+    !> Nodes of the space that belong to the node sets of the mesh, in the order of the sets.
     type(index_set_type), allocatable :: sets(:)
   end type space_type
 
-  !> The functions that differ from zero at a place.
+  !> Functions that are not zero at a point.
   type :: shape_values_type
     integer :: count = 0
     integer :: node(most_functions) = 0
     real(wp) :: shape(most_functions) = 0.0_wp
-    !> Derivatives in space (3, n).
+    !> Derivatives with respect to x (3, n).
     real(wp) :: gradient(3, most_functions) = 0.0_wp
-    !> Determinant of the cell's map from local coordinates.
+    !> Determinant of the map of the cell from local coordinates.
     real(wp) :: determinant = 0.0_wp
   end type shape_values_type
 
 contains
 
-  !> Functions of a cell at local coordinates, as that cell's polynomials (eqs. 13, 14).
+  !> Evaluates the functions of a cell at local coordinates, as polynomials of this cell (eqs. 13, 14).
   pure subroutine functions_at(space, mesh, cell, local, place)
     type(space_type), intent(in) :: space
     type(mesh_type), intent(in) :: mesh
@@ -76,7 +75,7 @@ contains
       place%gradient(:mesh%dimension, :n), place%determinant)
   end subroutine functions_at
 
-  !> The same for tensor products: x runs fastest.
+  !> Evaluates tensor-product functions of a cell; x is the fastest index.
   pure subroutine tensor_functions(space, dimension, cell, local, place)
     type(space_type), intent(in) :: space
     !> 2 or 3; number of the cell.
@@ -109,11 +108,11 @@ contains
     call multiply(value, slope, count, place%shape, place%gradient)
   end subroutine tensor_functions
 
-  !> Products of the functions along the axes, and their gradients.
+  !> Computes the products of the functions along the axes, and their gradients.
   pure subroutine multiply(value, slope, count, shape, gradient)
     !> Functions along each axis (most, 3).
     real(wp), intent(in) :: value(:, :), slope(:, :)
-    !> How many along each axis.
+    !> Number of functions along each axis.
     integer, intent(in) :: count(3)
     !> (n)
     real(wp), intent(inout) :: shape(:)
@@ -135,7 +134,7 @@ contains
     end do
   end subroutine multiply
 
-  !> Numbers of a block of control points, x fastest.
+  !> Returns the numbers of a block of control points, x fastest.
   pure subroutine tensor_nodes(space, first, count, nodes)
     type(space_type), intent(in) :: space
     !> First function and number of functions along each axis.
@@ -155,7 +154,7 @@ contains
     end do
   end subroutine tensor_nodes
 
-  !> All nodes a cell sees.
+  !> Returns all nodes of a cell.
   pure subroutine cell_nodes_of_space(space, mesh, cell, nodes, count)
     type(space_type), intent(in) :: space
     type(mesh_type), intent(in) :: mesh
@@ -163,7 +162,7 @@ contains
     integer, intent(in) :: cell
     !> (most_functions)
     integer, intent(inout) :: nodes(:)
-    !> How many.
+    !> Number of nodes.
     integer, intent(out) :: count
     integer :: at(3), counts(3)
 
@@ -177,9 +176,9 @@ contains
     call tensor_nodes(space, at, counts, nodes)
   end subroutine cell_nodes_of_space
 
-  !> Block of control points a cell of a grid sees.
+  !> Returns the block of control points of a cell of a grid.
   pure subroutine cell_block(space, dimension, cell, first, count)
-    !> The space; not used unless it is one of tensor products.
+    !> The space; it is used only if it is a tensor product.
     type(space_type), intent(in) :: space
     !> 2 or 3; number of the cell.
     integer, intent(in) :: dimension, cell
@@ -197,7 +196,7 @@ contains
     end do
   end subroutine cell_block
 
-  !> Place of a cell along the axes of the grid; 1 along z in the plane.
+  !> Position of a cell along the axes of the grid; 1 along z in 2D.
   pure function cell_position(space, dimension, cell) result(at)
     type(space_type), intent(in) :: space
     !> 2 or 3; number of the cell.
@@ -211,9 +210,9 @@ contains
     if (dimension == 3) at(3) = rest/space%axis(2)%cell_count + 1
   end function cell_position
 
-  !> A nodal field at a place.
+  !> Value of a nodal field at a point.
   pure function value_at(place, field) result(value)
-    !> The functions there.
+    !> Functions at the point.
     type(shape_values_type), intent(in) :: place
     !> (components, node_count)
     real(wp), intent(in) :: field(:, :)
@@ -226,7 +225,7 @@ contains
     end do
   end function value_at
 
-  !> Follow the grid lines of a mesh that has moved.
+  !> Updates the grid lines of the space for a mesh that has moved.
   pure subroutine refresh_space(space, mesh)
     type(space_type), intent(inout) :: space
     type(mesh_type), intent(in) :: mesh
@@ -247,7 +246,7 @@ contains
     end do
   end subroutine refresh_space
 
-  !> Where a node belongs: the mesh node, or the Greville point of a control point.
+  !> Coordinates of a node: those of the mesh node, or the Greville point of a control point.
   pure function node_position(space, mesh, node) result(x)
     type(space_type), intent(in) :: space
     type(mesh_type), intent(in) :: mesh
@@ -267,7 +266,7 @@ contains
     end do
   end function node_position
 
-  !> Name of a node: the label of the mesh node, or the number of a control point in the whole grid.
+  !> Label of a node: that of the mesh node, or the number of a control point in the whole grid.
   pure integer function node_label(space, mesh, node) result(label)
     type(space_type), intent(in) :: space
     type(mesh_type), intent(in) :: mesh

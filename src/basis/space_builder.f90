@@ -1,9 +1,9 @@
-!> Building the space of displacements on a mesh.
+!> Construction of the space of displacements on a mesh.
 !>
-!> Constraints on spline spaces need functions that interpolate where a constrained set of mesh nodes
-!> begins or ends inside the grid: such lines become kinks. A set is then the control points whose
-!> Greville points lie in its box, and a constraint on it is exact. Sets that are not boxes of grid
-!> nodes have no such functions and can carry no constraint.
+!> Constraints on spline spaces require functions that interpolate where a constrained set of mesh nodes begins or ends
+!> inside the grid: such grid lines become kinks. The set then consists of the control points whose Greville points are
+!> in its box, and a constraint on it is exact. Sets that are not boxes of grid nodes have no such functions and cannot
+!> be constrained.
 module qsmpm_space_builder
   use qsmpm_grid_window, only: place_of
   use qsmpm_kinds, only: wp
@@ -14,7 +14,7 @@ module qsmpm_space_builder
 
   public :: element_space, spline_space, box_of_set, reduced_knots_type
 
-  !> Lines of a grid along one axis where functions are only continuous.
+  !> Lines of a grid along one axis at which functions are only C0 continuous.
   type :: reduced_knots_type
     !> (lines)
     logical, allocatable :: at(:)
@@ -22,7 +22,7 @@ module qsmpm_space_builder
 
 contains
 
-  !> The elements' own functions: nodes of the space are nodes of the mesh.
+  !> Builds the space of the element functions: nodes of the space are nodes of the mesh.
   subroutine element_space(mesh, space)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(out) :: space
@@ -31,22 +31,22 @@ contains
     allocate (space%sets, source=mesh%node_sets)
   end subroutine element_space
 
-  !> Tensor-product splines on a grid of quadrilaterals or bricks.
+  !> Builds the space of tensor-product splines on a grid of quadrilaterals or bricks.
   subroutine spline_space(mesh, cells, degree, averaged, constrained, space, reduced_knots, before)
     !> The mesh, cells and nodes numbered with x fastest.
     type(mesh_type), intent(in) :: mesh
-    !> Number of cells along each axis (3); 1 along z in the plane.
+    !> Number of cells along each axis (3); 1 along z in 2D.
     integer, intent(in) :: cells(3)
-    !> Degree of the splines, and whether points see averages.
+    !> Degree of the splines, and whether the functions are averaged over domains.
     integer, intent(in) :: degree
     logical, intent(in) :: averaged
-    !> Node sets that carry constraints or a plate (as many as node sets).
+    !> Node sets with constraints or a plate (as many as node sets).
     logical, intent(in) :: constrained(:)
-    !> The space. A set that is no box of grid nodes stays empty.
+    !> The space. A set that is not a box of grid nodes remains empty.
     type(space_type), intent(out) :: space
-    !> For a mesh that is a part of a grid: the kinks of the whole grid along each axis (3), and the number of
-    !> its cells before the mesh. The ends of the mesh are open whatever the grid has there: they must be too
-    !> far from the material to matter.
+    !> For a mesh that is a part of a grid: the kinks of the whole grid along each axis (3), and the number of its cells
+    !> before the mesh. The ends of the mesh have open knots whatever the grid has there: they must be too far from the
+    !> material to matter.
     type(reduced_knots_type), intent(in), optional :: reduced_knots(3)
     integer, intent(in), optional :: before(3)
     integer :: a, s, low(3), high(3)
@@ -83,7 +83,7 @@ contains
     end do
   end subroutine spline_space
 
-  !> How many functions the whole grid has along each axis, and how many come before those of a part.
+  !> Counts the functions of the whole grid along each axis, and those before the functions of a part of it.
   pure subroutine count_functions(dimension, reduced_knots, before, space)
     !> 2 or 3.
     integer, intent(in) :: dimension
@@ -95,13 +95,13 @@ contains
 
     do a = 1, dimension
       lines = size(reduced_knots(a)%at)
-      ! Of a simple line one function ends there, of a kink as many as the degree.
+      ! At a simple line one function ends, at a kink as many as the degree.
       space%skipped(a) = before(a) + (space%degree - 1)*count(reduced_knots(a)%at(2:before(a) + 1))
       space%whole_count(a) = lines - 1 + space%degree + (space%degree - 1)*count(reduced_knots(a)%at(2:lines - 1))
     end do
   end subroutine count_functions
 
-  !> Grid lines between which the nodes of a set lie, and whether it holds all nodes between them.
+  !> Returns the grid lines that bound the nodes of a set, and whether the set contains all nodes between them.
   pure subroutine box_of_set(mesh, cells, set, low, high, box)
     type(mesh_type), intent(in) :: mesh
     !> Number of cells along each axis; number of the set.
@@ -122,7 +122,7 @@ contains
     if (box) box = product(high - low + 1) == size(mesh%node_sets(set)%items)
   end subroutine box_of_set
 
-  !> Control points whose Greville points lie in the box of a set.
+  !> Stores the control points whose Greville points are in the box of a set.
   pure subroutine nodes_of_set(mesh, cells, set, space)
     type(mesh_type), intent(in) :: mesh
     !> Number of cells along each axis; number of the set.

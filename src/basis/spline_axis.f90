@@ -1,9 +1,9 @@
 !> B-splines along one axis of a structured grid, and their averages over the domain of a point.
 !>
-!> The knots are the grid lines, the outer ones repeated (open knots) so that the first and the last
-!> function interpolate. A *kink* is an inner line with its knot repeated to the degree: functions are
-!> only continuous there, one of them interpolates, and a wall or a plate may end on it. Degree 1 is the
-!> hat function of linear elements, so GIMP needs no functions of its own (Steffen et al. 2008).
+!> The knots are the grid lines; the outer ones are repeated (open knots) so that the first and the last function
+!> interpolate. A *kink* is an inner line whose knot is repeated to the degree: functions are only C0 continuous there,
+!> one of them interpolates, and a wall or a plate may end on the line. Degree 1 gives the hat functions of linear
+!> elements, so that GIMP needs no functions of its own (Steffen et al. 2008).
 !>
 !>   N_i,q = (x - t_i)/(t_i+q - t_i) N_i,q-1 + (t_i+q+1 - x)/(t_i+q+1 - t_i+1) N_i+1,q-1     Cox, de Boor
 !>   N_i,q' = q ( N_i,q-1/(t_i+q - t_i) - N_i+1,q-1/(t_i+q+1 - t_i+1) )
@@ -19,10 +19,10 @@ module qsmpm_spline_axis
 
   !> Highest degree.
   integer, parameter, public :: highest_degree = 3
-  !> Most functions an average over three cells sees.
+  !> Largest number of functions in an average over three cells.
   integer, parameter, public :: most_averaged = 3*highest_degree + 1
 
-  !> An interval that reaches into a cell by less than this share of its length does not touch it.
+  !> An interval that extends into a cell by less than this fraction of its length does not touch the cell.
   real(wp), parameter, public :: sliver = 1.0e-6_wp
 
   !> Functions along one axis.
@@ -31,23 +31,23 @@ module qsmpm_spline_axis
     !> Number of cells and of functions.
     integer :: cell_count = 0
     integer :: function_count = 0
-    !> Grid lines (cell_count + 1), knots, and the last function of each cell (cell_count):
-    !> a cell sees `last(cell) - degree : last(cell)`.
+    !> Grid lines (cell_count + 1), knots, and the last function of each cell (cell_count): the functions of a cell are
+    !> `last(cell) - degree : last(cell)`.
     real(wp), allocatable :: lines(:), knots(:)
     integer, allocatable :: last(:)
-    !> Greville abscissa of each function (function_count): where its coefficient belongs.
+    !> Greville abscissa of each function (function_count), the position of its coefficient.
     real(wp), allocatable :: anchor(:)
-    !> Inner lines where functions are only continuous (cell_count + 1).
+    !> Inner lines at which functions are only C0 continuous (cell_count + 1).
     logical, allocatable :: knot_reduced(:)
-    !> Cells over length: the first guess of the cell at a place.
+    !> Number of cells over length, for the first guess of the cell at a coordinate.
     real(wp) :: density = 0.0_wp
   end type spline_axis_type
 
 contains
 
-  !> Lay out knots, functions and anchors.
+  !> Generates knots, functions and anchors.
   pure subroutine make_axis(lines, degree, knot_reduced, axis)
-    !> Grid lines, rising.
+    !> Grid lines, ascending.
     real(wp), intent(in) :: lines(:)
     !> 1, 2 or 3.
     integer, intent(in) :: degree
@@ -82,13 +82,13 @@ contains
     end do
   end subroutine make_axis
 
-  !> The functions of a cell and their derivatives of one order, as polynomials of that cell: a place
-  !> outside of it sees them extended.
+  !> Evaluates the functions of a cell or their derivatives of one order as polynomials of this cell, which are
+  !> extrapolated outside it.
   pure subroutine axis_values(axis, cell, x, order, values)
     type(spline_axis_type), intent(in) :: axis
     !> Number of the cell along the axis.
     integer, intent(in) :: cell
-    !> Place.
+    !> Coordinate.
     real(wp), intent(in) :: x
     !> Order of the derivative, 0 to degree.
     integer, intent(in) :: order
@@ -104,7 +104,7 @@ contains
       do q = 1, axis%degree
         below = 0.0_wp
         do k = 0, q
-          ! function i of degree q from functions i and i+1 of degree q-1
+          ! Function i of degree q from functions i and i+1 of degree q-1.
           i = span - q + k
           left = below
           right = 0.0_wp
@@ -120,16 +120,16 @@ contains
     end associate
   end subroutine axis_values
 
-  !> Average of the functions over an interval, and the slope of that average.
+  !> Computes the averages of the functions over an interval, and the slopes of these averages.
   pure subroutine axis_averages(axis, low, high, first, count, value, slope)
     type(spline_axis_type), intent(in) :: axis
-    !> The interval; it lies on the axis and touches three cells at most.
+    !> The interval; it is on the axis and touches at most three cells.
     real(wp), intent(in) :: low, high
-    !> First function seen, and how many.
+    !> First function, and number of functions.
     integer, intent(out) :: first, count
     !> (most_averaged); beyond `count` they are zero.
     real(wp), intent(out) :: value(:), slope(:)
-    !> Two points integrate a cubic.
+    !> Two Gauss points integrate a cubic exactly.
     real(wp), parameter :: gauss(2) = [-1.0_wp, 1.0_wp]/sqrt(3.0_wp)
     real(wp) :: from, to, n(highest_degree + 1)
     integer :: c, from_cell, to_cell, k, place
@@ -159,18 +159,18 @@ contains
       + n(:axis%degree + 1)/(high - low)
   end subroutine axis_averages
 
-  !> The averages over an interval of radii that integrate a ring: value and slope weighted by the radius,
-  !> and the plain average, whose share in the hoop strain is mean/c. With the ring's volume c(b-a) they
-  !> give int r N' + N dr of a uniform stress, which is r N at the ends.
+  !> Computes the averages over an interval of radii that integrate over a ring: value and slope weighted by the radius,
+  !> and the unweighted average `mean`, whose contribution to the hoop strain is mean/c. With the volume c(b-a) of the
+  !> ring they give int r N' + N dr for a uniform stress, which is the difference of r N at the ends.
   pure subroutine radial_averages(axis, low, high, first, count, value, slope, mean)
     type(spline_axis_type), intent(in) :: axis
-    !> The interval; it lies on the axis and touches three cells at most.
+    !> The interval; it is on the axis and touches at most three cells.
     real(wp), intent(in) :: low, high
-    !> First function seen, and how many.
+    !> First function, and number of functions.
     integer, intent(out) :: first, count
     !> (most_averaged); beyond `count` they are zero.
     real(wp), intent(out) :: value(:), slope(:), mean(:)
-    !> Three points integrate a cubic times the radius.
+    !> Three Gauss points integrate a cubic times the radius exactly.
     real(wp), parameter :: gauss(3) = [-sqrt(0.6_wp), 0.0_wp, sqrt(0.6_wp)]
     real(wp), parameter :: weight(3) = [5.0_wp, 8.0_wp, 5.0_wp]/18.0_wp
     real(wp) :: from, to, r, centre, n(highest_degree + 1)
@@ -200,7 +200,7 @@ contains
       + 0.5_wp*n(:axis%degree + 1)/centre
   end subroutine radial_averages
 
-  !> First and last cell that an interval touches.
+  !> Returns the first and the last cell that an interval touches.
   pure subroutine interval_cells(axis, low, high, from, to)
     type(spline_axis_type), intent(in) :: axis
     !> Ends of the interval.
@@ -212,14 +212,14 @@ contains
     to = max(from, cell_of_line(axis, high - sliver*(high - low), .false.))
   end subroutine interval_cells
 
-  !> Cell that holds a coordinate; on a line the one above or the one below. Beyond the ends the end
-  !> cells. Where the lines are equidistant the first guess and its neighbour settle it,
-  !> elsewhere the interval is halved from there.
+  !> Cell that contains a coordinate; for a coordinate on a line the cell above or below it; beyond the ends the end
+  !> cell. If the lines are equidistant the first guess or its neighbour is the result, otherwise the interval is
+  !> bisected.
   pure integer function cell_of_line(axis, x, upper) result(cell)
     type(spline_axis_type), intent(in) :: axis
     !> Coordinate.
     real(wp), intent(in) :: x
-    !> On a line: the cell above it.
+    !> On a line: the cell above it is returned.
     logical, intent(in) :: upper
     integer :: low, high, middle, probes
 
@@ -241,7 +241,7 @@ contains
     cell = low
   end function cell_of_line
 
-  !> Lowest order of derivative that jumps at an inner line; all from there to the degree do.
+  !> Lowest order of derivative that is discontinuous at an inner line; the higher ones up to the degree are, too.
   pure integer function lowest_jump(axis, line)
     type(spline_axis_type), intent(in) :: axis
     !> Number of the line.

@@ -1,8 +1,8 @@
-!> The interface of this folder: everything the other folders use of the elements.
+!> Public interface of this folder: everything that other folders use of the elements.
 !>
-!> Local coordinates: triangle (xi, eta) >= 0 with xi + eta <= 1; quad and hex in [-1, 1]; tet
-!> (xi, eta, zeta) >= 0 with a sum <= 1; wedge a triangle times zeta in [-1, 1]. Nodes in the VTK
-!> order of linear and quadratic cells, faces numbered as in Abaqus. Nothing is computed here.
+!> Local coordinates: triangle (xi, eta) >= 0 with xi + eta <= 1; quad and hex in [-1, 1]; tet (xi, eta, zeta) >= 0 with
+!> a sum <= 1; wedge: triangle times zeta in [-1, 1]. Nodes are in the VTK order of linear and quadratic cells; faces
+!> are numbered as in Abaqus. The module only re-exports names.
 module qsmpm_element
   use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
     wedge15, element_kind_count, max_nodes, max_faces, element_name, element_from_name, &

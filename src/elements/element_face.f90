@@ -1,8 +1,8 @@
-!> Integrals over the faces of elements: a rule on the reference face and the area vector there.
+!> Integration over the faces of elements: a quadrature rule on the reference face and the area vector at its points.
 !>
-!> The sum of weight times area vector over the rule is the vector area of the face, so tractions,
-!> surface points and ghost terms are integrated exactly for the shape functions. The reference face
-!> is [-1,1] for an edge of a 2D element, the unit triangle, or [-1,1]^2.
+!> The sum of weight times area vector over the rule is the vector area of the face, so that tractions, surface points
+!> and ghost penalty terms are integrated exactly for the shape functions. The reference face is [-1,1] for an edge of a
+!> 2D element, the unit triangle, or [-1,1]^2.
 module qsmpm_element_face
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: tri3, quad4, local_dimension, node_count, max_nodes
@@ -18,9 +18,9 @@ module qsmpm_element_face
 
 contains
 
-  !> Gauss rule of a face in the local coordinates of the element.
+  !> Returns the Gauss rule of a face in the local coordinates of the element.
   pure subroutine face_rule(kind, face, degree, points, weights)
-    !> Element kind; local face number; degree it is exact for, any from 0.
+    !> Element kind; local face number; polynomial degree that the rule integrates exactly, 0 or more.
     integer, intent(in) :: kind, face, degree
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
@@ -49,7 +49,7 @@ contains
     end do
   end subroutine face_rule
 
-  !> Area vector at a point of a face: outward normal times area (2D: length) a unit of weight.
+  !> Computes the area vector at a point of a face: outward normal times area (2D: length) per unit of weight.
   pure subroutine face_area_vector(kind, face, local, nodes, vector)
     !> Element kind; local face number.
     integer, intent(in) :: kind, face

@@ -1,7 +1,7 @@
-!> Shape functions of any kind, their local derivatives, and the isoparametric map.
+!> Shape functions of all kinds, their local derivatives, and the isoparametric map.
 !>
-!> x = sum N_a x_a (Beuth et al. 2008, eq. 13), J = dx/dlocal, dN/dx = J^-T dN/dlocal. Called at
-!> every point of every iteration: nothing is allocated here.
+!> x = sum N_a x_a (Beuth et al. 2008, eq. 13), J = dx/dlocal, dN/dx = J^-T dN/dlocal. The procedures are called at
+!> every point in every iteration, so they allocate no memory.
 module qsmpm_element_shape
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, elements, max_nodes
@@ -17,13 +17,13 @@ module qsmpm_element_shape
 
 contains
 
-  !> Values of the shape functions.
+  !> Evaluates the shape functions.
   pure subroutine shape_functions(kind, local, shape)
     !> Element kind.
     integer, intent(in) :: kind
     !> Local coordinates (local dimension).
     real(wp), intent(in) :: local(:)
-    !> One value a node.
+    !> One value per node.
     real(wp), intent(out) :: shape(:)
 
     select case (elements(kind)%form)
@@ -38,7 +38,7 @@ contains
     end select
   end subroutine shape_functions
 
-  !> First derivatives by the local coordinates.
+  !> Evaluates the first derivatives with respect to the local coordinates.
   pure subroutine shape_gradients(kind, local, gradients)
     !> Element kind.
     integer, intent(in) :: kind
@@ -59,7 +59,7 @@ contains
     end select
   end subroutine shape_gradients
 
-  !> Second derivatives by the local coordinates.
+  !> Evaluates the second derivatives with respect to the local coordinates.
   pure subroutine shape_second_gradients(kind, local, second)
     !> Element kind.
     integer, intent(in) :: kind
@@ -80,7 +80,7 @@ contains
     end select
   end subroutine shape_second_gradients
 
-  !> Jacobian matrix of the isoparametric map.
+  !> Computes the Jacobian matrix of the isoparametric map.
   pure subroutine element_jacobian(gradients, nodes, jacobian)
     !> dN/dlocal (dim, nodes); node coordinates (dim, nodes).
     real(wp), intent(in) :: gradients(:, :), nodes(:, :)
@@ -96,17 +96,17 @@ contains
     end do
   end subroutine element_jacobian
 
-  !> Values and derivatives by x at a local point.
+  !> Evaluates the shape functions and their derivatives with respect to x at a local point.
   pure subroutine element_geometry(kind, local, nodes, shape, gradients, determinant)
     !> Element kind.
     integer, intent(in) :: kind
     !> Local coordinates (dim); node coordinates (dim, nodes), length.
     real(wp), intent(in) :: local(:), nodes(:, :)
-    !> One value a node.
+    !> One value per node.
     real(wp), intent(out) :: shape(:)
     !> dN/dx (dim, nodes), 1/length; 0 where the map is singular.
     real(wp), intent(out) :: gradients(:, :)
-    !> Determinant of dx/dlocal; not positive where the element is tangled.
+    !> Determinant of dx/dlocal; not positive where the element is inverted.
     real(wp), intent(out) :: determinant
     real(wp) :: local_gradients(3, max_nodes), jacobian(3, 3), inverse(3, 3)
     integer :: n, d, a
@@ -127,7 +127,7 @@ contains
     end do
   end subroutine element_geometry
 
-  !> Derivatives by x in the plane.
+  !> Computes the derivatives with respect to x for a 2D element.
   pure subroutine plane_map(n, local_gradients, nodes, gradients, determinant)
     !> Number of nodes.
     integer, intent(in) :: n
@@ -160,7 +160,7 @@ contains
     end do
   end subroutine plane_map
 
-  !> Inverse by cross products, 0 when the matrix is singular.
+  !> Inverts a matrix by cross products; the inverse is 0 if the matrix is singular.
   pure subroutine invert_3(matrix, inverse, determinant)
     real(wp), intent(in) :: matrix(3, 3)
     real(wp), intent(out) :: inverse(3, 3), determinant
@@ -177,7 +177,7 @@ contains
     inverse = inverse*reciprocal(determinant)
   end subroutine invert_3
 
-  !> One over a number, 0 for what is too small to divide by.
+  !> Reciprocal of a number; 0 if the number is too small to divide by.
   pure real(wp) function reciprocal(x)
     !> The number.
     real(wp), intent(in) :: x

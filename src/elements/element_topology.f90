@@ -1,7 +1,7 @@
-!> Nodes, edges and faces of the reference elements, for every kind from one interface.
+!> Nodes, edges and faces of the reference elements, through one interface for all kinds.
 !>
-!> Also the two measures the point search needs: the centre of an element and the distance of a
-!> local point to each face. What lies in the global mesh (neighbours) is left to the mesh folder.
+!> The module also provides the two quantities that the point search needs: the centre of an element and the distance of
+!> a local point to each face. Neighbour tables of the global mesh belong to the mesh folder.
 module qsmpm_element_topology
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, corner_count, local_dimension, node_count, linear_kind
@@ -22,7 +22,7 @@ contains
     n = count(face_table(:, face, table_of(kind)) > 0)
   end function face_corner_count
 
-  !> Local numbers of the corners of a face, seen from outside counter-clockwise.
+  !> Local numbers of the corners of a face, counter-clockwise seen from outside.
   pure function face_corners(kind, face) result(corners)
     !> Element kind; local face number.
     integer, intent(in) :: kind, face
@@ -32,7 +32,7 @@ contains
     corners = face_table(:size(corners), face, table_of(kind))
   end function face_corners
 
-  !> The two corners of the edge that each mid node halves; no columns for linear kinds.
+  !> The two end corners of the edge of each mid node; no columns for linear kinds.
   pure function mid_edges(kind) result(edges)
     !> Element kind.
     integer, intent(in) :: kind
@@ -59,7 +59,7 @@ contains
     end do
   end function local_nodes
 
-  !> Local coordinates of the centre of volume of the reference element.
+  !> Local coordinates of the centroid of the reference element.
   pure function local_centre(kind) result(centre)
     !> Element kind.
     integer, intent(in) :: kind
@@ -75,14 +75,14 @@ contains
     end select
   end function local_centre
 
-  !> Distance of a point to each face in local measure (barycentric coordinate, or 1 -+ coordinate):
-  !> not negative inside, in the order of the faces.
+  !> Computes the distance of a point to each face in local measure (barycentric coordinate, or 1 -+ coordinate), in the
+  !> order of the faces; it is not negative inside.
   pure subroutine inside_distance(kind, local, distance)
     !> Element kind.
     integer, intent(in) :: kind
     !> Local coordinates of the point.
     real(wp), intent(in) :: local(:)
-    !> One value a face.
+    !> One value per face.
     real(wp), intent(out) :: distance(:)
 
     select case (linear_kind(kind))
@@ -100,14 +100,14 @@ contains
     end select
   end subroutine inside_distance
 
-  !> Affine map of the reference face into the element: local = origin + directions . s, with s in
-  !> [-1,1] for an edge of a 2D element, the unit triangle or [-1,1]^2.
+  !> Returns the affine map of the reference face into the element: local = origin + directions . s, with s in [-1,1]
+  !> for an edge of a 2D element, the unit triangle or [-1,1]^2.
   pure subroutine face_frame(kind, face, origin, directions)
     !> Element kind; local face number.
     integer, intent(in) :: kind, face
     !> Local coordinates at s = 0; the third is 0 in 2D.
     real(wp), intent(out) :: origin(3)
-    !> Derivatives of the local coordinates by s (3, 2); the second column is 0 in 2D.
+    !> Derivatives of the local coordinates with respect to s (3, 2); the second column is 0 in 2D.
     real(wp), intent(out) :: directions(3, 2)
     integer :: corners(face_corner_count(kind, face))
 

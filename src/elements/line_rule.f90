@@ -1,4 +1,4 @@
-!> Rules on the line [-1, 1]: Gauss-Legendre and equal pieces. Weights sum to 2.
+!> Quadrature rules on the line [-1, 1]: Gauss-Legendre, and midpoints of equal intervals. Weights sum to 2.
 module qsmpm_line_rule
   use qsmpm_kinds, only: wp, pi
   implicit none
@@ -8,14 +8,14 @@ module qsmpm_line_rule
 
 contains
 
-  !> Gauss-Legendre rule, exact to degree 2n-1: the roots x of the Legendre polynomial P_n and
-  !> w = 2 / ((1 - x^2) P_n'(x)^2), in rising order.
+  !> Computes the Gauss-Legendre rule, exact to degree 2n-1: the roots x of the Legendre polynomial P_n and w = 2 / ((1
+  !> - x^2) P_n'(x)^2), in ascending order.
   pure subroutine line_gauss(n, points, weights)
     !> Number of points.
     integer, intent(in) :: n
     !> Coordinates in [-1, 1], and weights.
     real(wp), allocatable, intent(out) :: points(:), weights(:)
-    ! Newton doubles the digits each time; from the cosine start four reach round-off for any n.
+    ! Newton's method doubles the correct digits per step; from the cosine start four steps reach round-off for any n.
     integer, parameter :: newton_steps = 6
     real(wp) :: x, value, slope
     integer :: i, step
@@ -36,11 +36,11 @@ contains
     end do
   end subroutine line_gauss
 
-  !> Legendre polynomial and its derivative by the three-term recurrence, |x| < 1.
+  !> Evaluates the Legendre polynomial and its derivative by the three-term recurrence, |x| < 1.
   pure subroutine legendre(n, x, value, slope)
     !> Degree, at least 1.
     integer, intent(in) :: n
-    !> Place.
+    !> Coordinate.
     real(wp), intent(in) :: x
     !> P_n(x); P_n'(x).
     real(wp), intent(out) :: value, slope
@@ -57,9 +57,9 @@ contains
     slope = real(n, wp)*(before - x*value)/(1.0_wp - x*x)
   end subroutine legendre
 
-  !> Centres of n equal pieces.
+  !> Computes the rule of the midpoints of n equal intervals.
   pure subroutine line_even(n, points, weights)
-    !> Number of pieces.
+    !> Number of intervals.
     integer, intent(in) :: n
     !> Coordinates in [-1, 1], and weights.
     real(wp), allocatable, intent(out) :: points(:), weights(:)

@@ -1,7 +1,7 @@
-!> Gauss rules of the reference elements: by degree, and those of a full cell.
+!> Gauss rules of the reference elements: rules of a given degree, and the rule for a full cell.
 !>
-!> Weights sum to the reference volume (triangle 1/2, quad 4, tet 1/6, hex 8, wedge 1). Points run
-!> fastest in xi, slowest in zeta; a wedge rule is a triangle rule repeated in layers.
+!> Weights sum to the reference volume (triangle 1/2, quad 4, tet 1/6, hex 8, wedge 1). Points are ordered with xi
+!> fastest and zeta slowest; a wedge rule is a triangle rule repeated in layers.
 module qsmpm_quadrature
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, wedge15, linear_kind, elements
@@ -14,10 +14,10 @@ module qsmpm_quadrature
 
 contains
 
-  !> Rule exact for polynomials of a degree: total degree on triangles and tets, degree in each
+  !> Returns a rule exact for polynomials of a given degree: total degree on triangles and tets, degree in each
   !> coordinate on quads and hexes, total degree in the triangle times degree in zeta on wedges.
   pure subroutine gauss_rule(kind, degree, points, weights)
-    !> Element kind; degree, any from 0.
+    !> Element kind; degree, 0 or more.
     integer, intent(in) :: kind, degree
     !> Local coordinates (local dimension, points), and weights.
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
@@ -41,8 +41,8 @@ contains
     end select
   end subroutine gauss_rule
 
-  !> Rule of a full cell for finite elements and cell integration: Gauss points that leave no
-  !> zero-energy mode but the rigid ones.
+  !> Returns the rule of a full cell for finite elements and cell integration: Gauss points for which the rigid body
+  !> modes are the only zero-energy modes.
   pure subroutine full_rule(kind, points, weights)
     !> Element kind.
     integer, intent(in) :: kind
@@ -54,13 +54,13 @@ contains
       call gauss_rule(kind, elements(kind)%full_degree, points, weights)
       return
     end if
-    ! Two layers leave a wedge15 with three modes too many; one more layer is enough.
+    ! With two layers a wedge15 has three zero-energy modes too many; three layers suffice.
     call simplex_gauss(2, 3, triangle, triangle_weights)
     call line_gauss(3, x, w)
     call layer_rule(triangle, triangle_weights, x, w, points, weights)
   end subroutine full_rule
 
-  !> Product of a line rule with itself.
+  !> Computes the product of a line rule with itself.
   pure subroutine square_rule(x, w, points, weights)
     !> Points and weights of the line rule.
     real(wp), intent(in) :: x(:), w(:)
@@ -78,7 +78,7 @@ contains
     end do
   end subroutine square_rule
 
-  !> Product of a line rule with itself, three times.
+  !> Computes the threefold product of a line rule with itself.
   pure subroutine cube_rule(x, w, points, weights)
     !> Points and weights of the line rule.
     real(wp), intent(in) :: x(:), w(:)
@@ -90,7 +90,7 @@ contains
     call layer_rule(square, square_weights, x, w, points, weights)
   end subroutine cube_rule
 
-  !> Product of a plane rule and a line rule along zeta.
+  !> Computes the product of a plane rule and a line rule along zeta.
   pure subroutine layer_rule(plane, plane_weights, x, w, points, weights)
     !> Points (2, m) and weights of the plane rule.
     real(wp), intent(in) :: plane(:, :), plane_weights(:)

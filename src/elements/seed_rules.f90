@@ -1,11 +1,10 @@
-!> Where material points start inside an element, and their shares of its volume.
+!> Initial positions of material points in an element, and their shares of its volume.
 !>
-!> The weight of a point is the reference volume it stands for (Beuth et al. 2008, section 3.1:
-!> eight points of weight 1/8). Numbers of Gauss rules (triangle 1, 3, 6, 7, 12; tet 1, 4, 14; wedge
-!> 3, 6, 9, 18, 36) take the weights of the rule; the others are centres of equal pieces, unless a
-!> Gauss rule is asked for: there is one of every number. The defaults leave no zero-energy mode but
-!> the rigid ones. Some of the other numbers do leave some (8 points in a WEDGE15 two) and are there
-!> to show it.
+!> The weight of a point is the reference volume that it represents (Beuth et al. 2008, section 3.1: eight points of
+!> weight 1/8). Numbers of points of Gauss rules (triangle 1, 3, 6, 7, 12; tet 1, 4, 14; wedge 3, 6, 9, 18, 36) use the
+!> weights of the rule; the other numbers are centroids of equal parts, unless a Gauss rule is requested, which exists
+!> for every number. With the defaults the rigid body modes are the only zero-energy modes. Some other numbers leave
+!> zero-energy modes (8 points in a WEDGE15 two) and are provided to demonstrate them.
 module qsmpm_seed_rules
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: integer_text
@@ -21,7 +20,7 @@ module qsmpm_seed_rules
 
 contains
 
-  !> Numbers of points there is a rule for, rising.
+  !> Numbers of points for which there is a rule, ascending.
   pure function allowed_counts(kind) result(counts)
     !> Element kind.
     integer, intent(in) :: kind
@@ -30,15 +29,15 @@ contains
     counts = elements(kind)%counts(:size(counts))
   end function allowed_counts
 
-  !> Start places and weights of the points of an element; weights sum to the reference volume.
+  !> Returns the initial positions and weights of the points of an element; weights sum to the reference volume.
   pure subroutine seed_rule(kind, count, gauss, points, weights, error)
     !> Element kind; number of points, 0 for the default.
     integer, intent(in) :: kind, count
-    !> A Gauss rule also where equal pieces are the custom.
+    !> Use a Gauss rule also where the default is equal parts.
     logical, intent(in) :: gauss
     !> Local coordinates (local dimension, points), and weights.
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
-    !> Set when there is no rule of this number.
+    !> Set if there is no rule with this number of points.
     type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: x(:), w(:)
     integer :: n
@@ -69,7 +68,7 @@ contains
     end select
   end subroutine seed_rule
 
-  !> Points on a line: Gauss, or centres of equal pieces.
+  !> Computes points on a line: a Gauss rule, or midpoints of equal intervals.
   pure subroutine line_seed(count, gauss, points, weights)
     !> Number of points.
     integer, intent(in) :: count
@@ -85,11 +84,11 @@ contains
     end if
   end subroutine line_seed
 
-  !> Triangle pattern: centroids of equal sub-triangles for squares but 1, Gauss rules else.
+  !> Computes the points of a triangle: centroids of equal sub-triangles for 4, 9 and 16 points, otherwise a Gauss rule.
   pure subroutine triangle_seed(count, gauss, points, weights)
     !> Number of points.
     integer, intent(in) :: count
-    !> A Gauss rule in any case.
+    !> Use a Gauss rule in every case.
     logical, intent(in) :: gauss
     !> Local coordinates (2, count), and weights.
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
@@ -101,11 +100,11 @@ contains
     end if
   end subroutine triangle_seed
 
-  !> Wedge pattern: a triangle pattern in layers, equal slabs for 1, 2 and 8 points, else Gauss.
+  !> Computes the points of a wedge: a triangle pattern in layers; equal layers for 1, 2 and 8 points, otherwise Gauss.
   pure subroutine wedge_seed(count, gauss, points, weights)
     !> Number of points.
     integer, intent(in) :: count
-    !> A Gauss rule in any case.
+    !> Use a Gauss rule in every case.
     logical, intent(in) :: gauss
     !> Local coordinates (3, count), and weights.
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
@@ -125,9 +124,9 @@ contains
     call layer_rule(triangle, triangle_weights, x, w, points, weights)
   end subroutine wedge_seed
 
-  !> Message that lists the allowed numbers.
+  !> Error message that lists the allowed numbers of points.
   pure function wrong_count(kind, count) result(message)
-    !> Element kind; the number asked for.
+    !> Element kind; the requested number.
     integer, intent(in) :: kind, count
     character(len=:), allocatable :: message
 

@@ -1,5 +1,5 @@
-!> Shape functions of the 8-node and the 20-node (serendipity) hexahedron and their derivatives by
-!> (xi, eta, zeta).
+!> Shape functions of the 8-node and the 20-node (serendipity) hexahedron and their derivatives with respect to (xi,
+!> eta, zeta).
 !>
 !> With the corner signs s and f_k = 1 + s_k x_k. Linear: N = f1 f2 f3 / 8. Quadratic:
 !> N = f1 f2 f3 (f1 + f2 + f3 - 5) / 8 at the corners and N = (1 - x_k^2) f_i f_j / 4 on the edges
@@ -12,19 +12,19 @@ module qsmpm_shape_hex
 
   public :: hex_shape, hex_gradients, hex_second
 
-  !> Axis along which the edge of a mid node runs; the two axes after an axis.
+  !> Axis parallel to the edge of each mid node; the two axes that follow an axis cyclically.
   integer, parameter :: along(12) = [1, 2, 1, 2, 1, 2, 1, 2, 3, 3, 3, 3]
   integer, parameter :: next(3) = [2, 3, 1]
   integer, parameter :: last(3) = [3, 1, 2]
 
 contains
 
-  !> Values of the functions of a kind by its number of nodes.
+  !> Evaluates the shape functions of the kind with this number of nodes.
   pure subroutine hex_shape(nodes, local, shape)
     integer, intent(in) :: nodes
     !> Local coordinates (3).
     real(wp), intent(in) :: local(:)
-    !> One value a node.
+    !> One value per node.
     real(wp), intent(out) :: shape(:)
     real(wp) :: f(3)
     integer :: a, i, j, k
@@ -43,7 +43,7 @@ contains
     end do
   end subroutine hex_shape
 
-  !> Their derivatives.
+  !> Evaluates their first derivatives.
   pure subroutine hex_gradients(nodes, local, gradients)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
@@ -73,7 +73,7 @@ contains
     end do
   end subroutine hex_gradients
 
-  !> Their second derivatives.
+  !> Evaluates their second derivatives.
   pure subroutine hex_second(nodes, local, second)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)

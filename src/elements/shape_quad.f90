@@ -1,9 +1,9 @@
-!> Shape functions of the 4-node, the 8-node (serendipity) and the 9-node quadrilateral and their derivatives
-!> by (xi, eta).
+!> Shape functions of the 4-node, the 8-node (serendipity) and the 9-node quadrilateral and their derivatives with
+!> respect to (xi, eta).
 !>
-!> With the corner signs s and p = s1 xi, q = s2 eta. Linear: N = (1+p)(1+q)/4. Quadratic:
-!> N = (1+p)(1+q)(p+q-1)/4 at the corners, N = (1-xi^2)(1+q)/2 on the edges along xi,
-!> N = (1-eta^2)(1+p)/2 on the edges along eta. Biquadratic: products of the polynomials of Lagrange through -1, 0, 1.
+!> With the corner signs s and p = s1 xi, q = s2 eta. Linear: N = (1+p)(1+q)/4. Quadratic: N = (1+p)(1+q)(p+q-1)/4 at
+!> the corners, N = (1-xi^2)(1+q)/2 on the edges along xi, N = (1-eta^2)(1+p)/2 on the edges along eta. Biquadratic:
+!> products of the Lagrange polynomials at -1, 0, 1.
 module qsmpm_shape_quad
   use qsmpm_kinds, only: wp
   use qsmpm_element_tables, only: corners => quad_corners
@@ -12,21 +12,21 @@ module qsmpm_shape_quad
 
   public :: quad_shape, quad_gradients, quad_second
 
-  !> Axis along which the edge of a mid node runs, and its place on the other axis.
+  !> Axis parallel to the edge of each mid node, and coordinate of the edge on the other axis.
   integer, parameter :: along(4) = [1, 2, 1, 2]
   real(wp), parameter :: side(4) = [-1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp]
 
-  !> Which of -1, 0, 1 each node of the biquadratic element has for xi and eta.
+  !> Index of the coordinate (-1, 0, 1) of each node of the biquadratic element in xi and eta.
   integer, parameter :: third(2, 9) = reshape([1, 1, 3, 1, 3, 3, 1, 3, 2, 1, 3, 2, 2, 3, 1, 2, 2, 2], [2, 9])
 
 contains
 
-  !> Values of the functions of a kind by its number of nodes.
+  !> Evaluates the shape functions of the kind with this number of nodes.
   pure subroutine quad_shape(nodes, local, shape)
     integer, intent(in) :: nodes
     !> Local coordinates (2).
     real(wp), intent(in) :: local(:)
-    !> One value a node.
+    !> One value per node.
     real(wp), intent(out) :: shape(:)
     real(wp) :: l(3, 0:2, 2), p, q
     integer :: i, a
@@ -47,7 +47,7 @@ contains
     end do
   end subroutine quad_shape
 
-  !> Their derivatives.
+  !> Evaluates their first derivatives.
   pure subroutine quad_gradients(nodes, local, gradients)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
@@ -76,7 +76,7 @@ contains
     end do
   end subroutine quad_gradients
 
-  !> Their second derivatives.
+  !> Evaluates their second derivatives.
   pure subroutine quad_second(nodes, local, second)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
@@ -108,7 +108,7 @@ contains
     second(2, 1, :nodes) = second(1, 2, :nodes)
   end subroutine quad_second
 
-  !> Polynomials of Lagrange through -1, 0, 1, their first and second derivatives (polynomial, order from 0, axis).
+  !> Lagrange polynomials at -1, 0, 1 with their first and second derivatives (polynomial, order from 0, axis).
   pure function lagrange(local) result(l)
     real(wp), intent(in) :: local(:)
     real(wp) :: l(3, 0:2, 2)

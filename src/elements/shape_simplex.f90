@@ -1,4 +1,4 @@
-!> Shape functions of triangles (3 and 6 nodes) and tetrahedra (4 and 10), and derivatives by (xi, eta, zeta).
+!> Shape functions of triangles (3, 6 nodes) and tetrahedra (4, 10) and derivatives with respect to (xi, eta, zeta).
 !>
 !> L1 = 1 - xi - eta - zeta, L2 = xi, L3 = eta, L4 = zeta. Linear: N_i = L_i. Quadratic: N_i = L_i (2 L_i - 1) at the
 !> corners and N = 4 L_a L_b on the edge ab.
@@ -12,7 +12,7 @@ module qsmpm_shape_simplex
 
 contains
 
-  !> Values of the functions of a kind by its number of nodes.
+  !> Evaluates the shape functions of the kind with this number of nodes.
   pure subroutine simplex_shape(nodes, local, shape)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
@@ -28,7 +28,7 @@ contains
     end select
   end subroutine simplex_shape
 
-  !> Their derivatives.
+  !> Evaluates their first derivatives.
   pure subroutine simplex_gradients(nodes, local, gradients)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
@@ -46,7 +46,7 @@ contains
     end select
   end subroutine simplex_gradients
 
-  !> Their second derivatives, constant in the element.
+  !> Evaluates their second derivatives, which are constant in the element.
   pure subroutine simplex_second(nodes, second)
     integer, intent(in) :: nodes
     real(wp), intent(out) :: second(:, :, :)
@@ -61,11 +61,11 @@ contains
     end select
   end subroutine simplex_second
 
-  !> Values of the linear functions.
+  !> Evaluates the linear functions.
   pure subroutine linear_shape(local, shape)
-    !> Local coordinates, those of the simplex first.
+    !> Local coordinates; the first ones are those of the simplex.
     real(wp), intent(in) :: local(:)
-    !> One value a corner.
+    !> One value per corner.
     real(wp), intent(out) :: shape(:)
     integer :: k
 
@@ -76,7 +76,7 @@ contains
     end do
   end subroutine linear_shape
 
-  !> Values of the quadratic functions.
+  !> Evaluates the quadratic functions.
   pure subroutine quadratic_shape(corners, edges, local, shape)
     integer, intent(in) :: corners
     !> Corners of the edges (2, edges).
@@ -95,7 +95,7 @@ contains
     end do
   end subroutine quadratic_shape
 
-  !> Derivatives of the quadratic functions.
+  !> Evaluates the first derivatives of the quadratic functions.
   pure subroutine quadratic_gradients(edges, dl, local, gradients)
     integer, intent(in) :: edges(:, :)
     !> dL/dlocal (dimension, corners).
@@ -118,7 +118,7 @@ contains
     end do
   end subroutine quadratic_gradients
 
-  !> Second derivatives of the quadratic functions.
+  !> Evaluates the second derivatives of the quadratic functions.
   pure subroutine quadratic_second(edges, dl, second)
     integer, intent(in) :: edges(:, :)
     real(wp), intent(in) :: dl(:, :)

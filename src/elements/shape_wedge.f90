@@ -1,9 +1,9 @@
-!> Shape functions of the 6-node and the 15-node wedge and their derivatives by (xi, eta, zeta).
+!> Shape functions of the 6-node and the 15-node wedge and their derivatives with respect to (xi, eta, zeta).
 !>
-!> L are the barycentric coordinates of the triangle, t = -zeta for the bottom and t = +zeta for the
-!> top. Linear: N = L (1+t)/2. Quadratic: N = L (1+t)(2 L - 2 + t)/2 at the corners,
-!> N = 2 L_a L_b (1+t) on the edges of bottom and top, N = L (1 - zeta^2) on the vertical edges.
-!> The corner functions fall to -1/4 in the middle of the element's faces (L = 1/2, zeta = 0).
+!> L are the barycentric coordinates of the triangle; t = -zeta at the bottom and t = +zeta at the top.
+!> Linear: N = L (1+t)/2. Quadratic: N = L (1+t)(2 L - 2 + t)/2 at the corners, N = 2 L_a L_b (1+t) on the edges of
+!> bottom and top, N = L (1 - zeta^2) on the vertical edges. The corner functions decrease to -1/4 at the centre of a
+!> side face (L = 1/2, zeta = 0).
 module qsmpm_shape_wedge
   use qsmpm_kinds, only: wp
   use qsmpm_element_tables, only: edges => triangle_edges, dl => triangle_gradients
@@ -18,12 +18,12 @@ module qsmpm_shape_wedge
 
 contains
 
-  !> Values of the functions of a kind by its number of nodes.
+  !> Evaluates the shape functions of the kind with this number of nodes.
   pure subroutine wedge_shape(nodes, local, shape)
     integer, intent(in) :: nodes
     !> Local coordinates (3).
     real(wp), intent(in) :: local(:)
-    !> One value a node.
+    !> One value per node.
     real(wp), intent(out) :: shape(:)
     real(wp) :: l(3), t
     integer :: i, level, corner
@@ -42,7 +42,7 @@ contains
     if (nodes == 15) shape(13:15) = l*(1.0_wp - local(3)**2)
   end subroutine wedge_shape
 
-  !> Their derivatives.
+  !> Evaluates their first derivatives.
   pure subroutine wedge_gradients(nodes, local, gradients)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
@@ -74,7 +74,7 @@ contains
     gradients(3, 13:15) = -2.0_wp*local(3)*l
   end subroutine wedge_gradients
 
-  !> Their second derivatives; those of the linear functions are constant in the element.
+  !> Evaluates their second derivatives; those of the linear functions are constant in the element.
   pure subroutine wedge_second(nodes, local, second)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)

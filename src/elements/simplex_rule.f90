@@ -1,12 +1,12 @@
-!> Rules on the unit triangle and the unit tetrahedron (local coordinates not negative, their sum at most 1).
+!> Quadrature rules on the unit triangle and the unit tetrahedron (local coordinates not negative, their sum at most 1).
 !> Weights sum to 1/2 and 1/6.
 !>
-!> Symmetric Gauss rules, all points inside, all weights positive: of triangles 1, 3, 6, 7 and 12 points, exact to
-!> degree 1, 2, 4, 5 and 6 (Strang and Fix 1973, Dunavant 1985), of tetrahedra 1, 4, 8 and 14 points, exact to degree 1,
-!> 2, 3 and 5. The 6 and 7 points of triangles are closed forms; the figures of 12, and of 8 and 14 points of tetrahedra
-!> (two orbits of four; form of Walkington 2000) are the solution of the moment equations to 19 digits. Higher degrees
-!> take the Gauss rule of the square or cube with sides collapsed, and so do 4, 9 and 16 points of triangles, exact to
-!> degree 2, 4 and 6.
+!> Symmetric Gauss rules with all points inside and all weights positive: for triangles 1, 3, 6, 7 and 12 points, exact
+!> to degree 1, 2, 4, 5 and 6 (Strang and Fix 1973, Dunavant 1985); for tetrahedra 1, 4, 8 and 14 points, exact to
+!> degree 1, 2, 3 and 5. The 6- and 7-point rules of triangles are closed forms; the numbers of the 12-point rule and of
+!> the 8- and 14-point rules of tetrahedra (two orbits of four; form of Walkington 2000) are the solution of the moment
+!> equations to 19 digits. Higher degrees use the Gauss rule of the square or cube with collapsed sides, and so do 4, 9
+!> and 16 points of triangles, exact to degree 2, 4 and 6.
 module qsmpm_simplex_rule
   use qsmpm_kinds, only: wp
   use qsmpm_line_rule, only: line_gauss
@@ -15,12 +15,12 @@ module qsmpm_simplex_rule
 
   public :: simplex_gauss, simplex_degree, triangle_even, tet_even
 
-  !> Points with the same barycentric coordinates in any order: the centre; (1 - d a, a, a ..); of triangles six
-  !> (a, b, 1 - a - b), of tetrahedra six (a, a, b, b), b = 1/2 - a.
+  !> Orbit: points whose barycentric coordinates are permutations of each other: the centre; (1 - d a, a, a ..); for
+  !> triangles six of (a, b, 1 - a - b), for tetrahedra six of (a, a, b, b), b = 1/2 - a.
   type :: orbit_type
-    !> 2 or 3, points of the rule that it belongs to, and its own.
+    !> Dimension 2 or 3, number of points of the rule to which the orbit belongs, number of points of the orbit.
     integer :: dimension, rule, points
-    !> Weight of each point as a share of the whole.
+    !> Parameters a, b; weight of each point as a fraction of the reference volume.
     real(wp) :: a, b, weight
   end type orbit_type
 
@@ -47,7 +47,7 @@ module qsmpm_simplex_rule
 
 contains
 
-  !> Gauss rule of a number of points: of a triangle 1, 3, 4, 6, 7, 9, 12 or 16, of a tetrahedron 1, 4, 8 or 14.
+  !> Returns the Gauss rule of 1, 3, 4, 6, 7, 9, 12 or 16 points of a triangle, 1, 4, 8 or 14 of a tetrahedron.
   pure subroutine simplex_gauss(dimension, count, points, weights)
     !> 2 or 3; number of points.
     integer, intent(in) :: dimension, count
@@ -68,12 +68,12 @@ contains
     end do
   end subroutine simplex_gauss
 
-  !> Add the points of an orbit.
+  !> Appends the points of an orbit to a rule.
   pure subroutine add_orbit(orbit, points, weights, n)
     type(orbit_type), intent(in) :: orbit
-    !> The rule that grows.
+    !> The rule.
     real(wp), intent(inout) :: points(:, :), weights(:)
-    !> Points so far.
+    !> Number of points so far.
     integer, intent(inout) :: n
     real(wp) :: b, c
     integer :: i
@@ -99,9 +99,9 @@ contains
     n = n + orbit%points
   end subroutine add_orbit
 
-  !> Centroids of n x n equal sub-triangles, rows of rising eta.
+  !> Returns the centroids of n x n equal sub-triangles, in rows of ascending eta.
   pure subroutine triangle_even(n, points, weights)
-    !> Number of pieces of a side.
+    !> Number of intervals per side.
     integer, intent(in) :: n
     !> Local coordinates (2, n*n); weights (n*n).
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
@@ -121,8 +121,8 @@ contains
     end do
   end subroutine triangle_even
 
-  !> Centroids of eight equal pieces: the four corner tetrahedra, and the octahedron between them
-  !> cut into four along its diagonal from the middle of edge 12 to the middle of edge 34.
+  !> Returns the centroids of eight equal parts: the four corner tetrahedra, and the octahedron between them cut into
+  !> four along its diagonal from the midpoint of edge 12 to the midpoint of edge 34.
   pure subroutine tet_even(points, weights)
     !> Local coordinates (3, 8); weights (8).
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
@@ -135,7 +135,7 @@ contains
     weights = 1.0_wp/48.0_wp
   end subroutine tet_even
 
-  !> Rule exact for polynomials of a degree.
+  !> Returns a rule exact for polynomials of a given degree.
   pure subroutine simplex_degree(dimension, degree, points, weights)
     !> 2 or 3; the degree.
     integer, intent(in) :: dimension, degree
@@ -153,7 +153,7 @@ contains
     end if
   end subroutine simplex_degree
 
-  !> Gauss rule of the square under xi = u, eta = v (1 - u), u and v in [0, 1].
+  !> Maps the Gauss rule of the square by xi = u, eta = v (1 - u), u and v in [0, 1].
   pure subroutine collapsed_square(degree, points, weights)
     integer, intent(in) :: degree
     !> Local coordinates (2, points), and weights.
@@ -175,7 +175,7 @@ contains
     end do
   end subroutine collapsed_square
 
-  !> Gauss rule of the cube under xi = u, eta = v (1-u), zeta = t (1-u) (1-v), all in [0, 1].
+  !> Maps the Gauss rule of the cube by xi = u, eta = v (1-u), zeta = t (1-u) (1-v), all in [0, 1].
   pure subroutine collapsed_cube(degree, points, weights)
     integer, intent(in) :: degree
     !> Local coordinates (3, points), and weights.

@@ -1,8 +1,8 @@
-!> Local coordinates in cells whose map is affine: simplices, parallelograms, parallelepipeds and prisms of
-!> two parallel equal triangles, by one linear solution.
+!> Local coordinates in cells whose map is affine: simplices, parallelograms, parallelepipeds and prisms of two parallel
+!> congruent triangles, by one linear solution.
 !>
-!> x = x_1 + sum t_k e_k with the edges e_k from the first corner; the remaining corners tell whether the
-!> cell is affine, so that nothing has to be kept for a mesh that moves. Other cells are left to the caller.
+!> x = x_1 + sum t_k e_k with the edges e_k from the first corner. Whether the cell is affine is determined from the
+!> remaining corners, so that nothing is stored for a mesh that moves. Other cells are left to the caller.
 module qsmpm_affine_cell
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: linear_kind, tri3, quad4, tet4, hex8, wedge6
@@ -12,23 +12,23 @@ module qsmpm_affine_cell
 
   public :: affine_map
 
-  !> Distance of a corner from its affine place, relative to the cell: roundings of coordinates.
+  !> Distance of a corner from its affine position, relative to the cell: round-off of coordinates.
   real(wp), parameter :: round_off = 1.0e-14_wp
-  !> Determinant over the cube (square) of the longest edge component below which there is no solution.
+  !> Determinant over the cube (square) of the longest edge component below which the cell is regarded as degenerate.
   real(wp), parameter :: least_determinant = 1.0e-14_wp
 
 contains
 
-  !> Local coordinates of a place in a cell, also outside of it, when the cell is affine.
+  !> Computes the local coordinates of a point in an affine cell, also outside it.
   pure subroutine affine_map(mesh, cell, x, local, done)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> Place (dimension).
+    !> Coordinates of the point (dimension).
     real(wp), intent(in) :: x(mesh%dimension)
-    !> Local coordinates (dimension); not set when the cell is not affine.
+    !> Local coordinates (dimension); not set if the cell is not affine.
     real(wp), intent(inout) :: local(mesh%dimension)
-    !> False when the cell is not affine, or flat.
+    !> False if the cell is not affine or is degenerate.
     logical, intent(out) :: done
     real(wp) :: edge(3, 3), place(3), t(3)
     integer :: kind, d
@@ -56,13 +56,13 @@ contains
     end select
   end subroutine affine_map
 
-  !> Edges from the first corner, and whether the other corners are where an affine map puts them.
+  !> Computes the edges from the first corner, and checks whether the other corners agree with an affine map.
   pure subroutine find_edges(coordinates, node, kind, edge, affine)
     !> Node coordinates (dimension, nodes).
     real(wp), intent(in) :: coordinates(:, :)
     !> Nodes of the cell, corners first; linear element kind of the cell.
     integer, intent(in) :: node(:), kind
-    !> Edges along the local axes, one a column.
+    !> Edges along the local axes, one per column.
     real(wp), intent(out) :: edge(3, 3)
     !> Whether the map is affine.
     logical, intent(out) :: affine
@@ -98,9 +98,9 @@ contains
     end associate
   end subroutine find_edges
 
-  !> Whether two places are one.
+  !> Whether two points coincide.
   pure logical function meets(a, b, limit)
-    !> The places (dimension).
+    !> The points (dimension).
     real(wp), intent(in) :: a(:), b(:)
     !> Largest difference.
     real(wp), intent(in) :: limit
@@ -112,13 +112,13 @@ contains
     end do
   end function meets
 
-  !> Solve edge t = place in the plane.
+  !> Solves edge t = place in 2D.
   pure subroutine solve_2(edge, place, t, ok)
-    !> Edges, one a column; right side.
+    !> Edges, one per column; right-hand side.
     real(wp), intent(in) :: edge(3, 3), place(3)
     !> Solution.
     real(wp), intent(out) :: t(3)
-    !> False when the edges are parallel.
+    !> False if the edges are parallel.
     logical, intent(out) :: ok
     real(wp) :: determinant
 
@@ -130,13 +130,13 @@ contains
     t(2) = (edge(1, 1)*place(2) - place(1)*edge(2, 1))/determinant
   end subroutine solve_2
 
-  !> Solve edge t = place in space, by the cofactors of the edges.
+  !> Solves edge t = place in 3D, by the cofactors of the edges.
   pure subroutine solve_3(edge, place, t, ok)
-    !> Edges, one a column; right side.
+    !> Edges, one per column; right-hand side.
     real(wp), intent(in) :: edge(3, 3), place(3)
     !> Solution.
     real(wp), intent(out) :: t(3)
-    !> False when the edges lie in a plane.
+    !> False if the edges are coplanar.
     logical, intent(out) :: ok
     integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
     real(wp) :: row(3, 3), determinant

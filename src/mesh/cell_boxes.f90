@@ -1,10 +1,11 @@
-!> Boxes of grid cells, one for each process of a team, that share what lies in the cells evenly: the cells are halved
-!> along their longest side where as much lies on one side of the cut as its processes are of all, and the halves again.
-!> Together the boxes are the whole grid, and no cell is in two of them. The same places give the same boxes.
+!> Boxes of grid cells, one for each process of a team, that distribute the weights in the cells evenly: recursive
+!> bisection along the longest side, at the cut whose fraction of the total weight is nearest to the fraction of
+!> processes assigned to that side. Together the boxes are the whole grid, and no cell is in two of them. The same input
+!> gives the same boxes.
 !>
-!> A cell of the grid is a brick: the mesh cells that it is cut into have one owner. A node belongs to the brick that
-!> holds it, the upper one where it lies between several; shifted nodes of a grid that is perturbed do too. What is
-!> shared may be known in parts to the processes of a team, which then take part together.
+!> A cell of the grid is a brick: all mesh cells that it is cut into have one owner. A node belongs to the brick that
+!> contains it, the upper one if it is between several; this includes shifted nodes of a perturbed grid. The weights may
+!> be distributed over the processes of a team, which then all take part in the calls.
 module qsmpm_cell_boxes
   use qsmpm_kinds, only: wp, long
   use qsmpm_cell_owners, only: cell_owners_type
@@ -19,9 +20,9 @@ module qsmpm_cell_boxes
 
   !> Owners of the cells of a grid.
   type, extends(cell_owners_type) :: box_owners_type
-    !> Bricks of the grid that are each rank's own (ranks).
+    !> Bricks owned by each rank (ranks).
     type(window_type), allocatable :: boxes(:)
-    !> All bricks, and how many mesh cells each is.
+    !> All bricks, and number of mesh cells per brick.
     type(window_type) :: whole
     integer :: pieces = 1
     type(grid_axis_type) :: axes(3)
@@ -33,16 +34,16 @@ module qsmpm_cell_boxes
 
 contains
 
-  !> Share a grid between some processes.
+  !> Distributes a grid over processes.
   subroutine share_grid(team, grid, cell, weight, ranks, owners, short)
-    !> Who knows a part of what is shared.
+    !> Team whose processes each know a part of the weights.
     type(team_type), intent(in) :: team
     type(grid_type), intent(in) :: grid
-    !> Cells of the whole grid in which the part of this process lies, and how much in each (n).
+    !> Cells of the whole grid with weights of this process, and their weights (n).
     integer, intent(in) :: cell(:), weight(:)
     integer, intent(in) :: ranks
     type(box_owners_type), intent(out) :: owners
-    !> There are too few of them.
+    !> True if there are too few cells with a weight.
     logical, intent(out) :: short
     integer :: at(3, size(cell)), i
 
@@ -57,7 +58,7 @@ contains
     call share_jointly(team, at, weight, owners%whole, owners%boxes, short)
   end subroutine share_grid
 
-  !> Ranks that own some cells.
+  !> Ranks that own the given cells.
   pure function of_cells(self, cell) result(rank)
     class(box_owners_type), intent(in) :: self
     integer, intent(in) :: cell(:)
@@ -69,7 +70,7 @@ contains
     end do
   end function of_cells
 
-  !> Which of some cells are in the box of a rank or in so many rows around it.
+  !> Which of the given cells are in the box of a rank or in a given number of rows around it.
   pure function near(self, rank, rows, cell)
     class(box_owners_type), intent(in) :: self
     integer, intent(in) :: rank, rows, cell(:)
@@ -84,7 +85,7 @@ contains
     end associate
   end function near
 
-  !> Cells that nodes belong to.
+  !> Cells to which nodes belong.
   pure function homes(self, mesh, places) result(cell)
     class(box_owners_type), intent(in) :: self
     type(mesh_type), intent(in) :: mesh
@@ -100,15 +101,15 @@ contains
     end do
   end function homes
 
-  !> Share a box between some processes, by what each process of a team knows a part of.
+  !> Distributes a box over processes by weights, of which each process of a team knows a part.
   recursive subroutine share_jointly(team, at, weight, box, boxes, short)
     type(team_type), intent(in) :: team
-    !> Cells of the box in which the part of this process lies, and how much in each (3, n), (n).
+    !> Cells of the box with weights of this process, and their weights (3, n), (n).
     integer, intent(in) :: at(:, :), weight(:)
     type(window_type), intent(in) :: box
-    !> (as many as the cells are shared between)
+    !> (as many as there are processes to distribute the cells over)
     type(window_type), intent(out) :: boxes(:)
-    !> Set where there are too few cells with something in them, else as it was.
+    !> Set to true if there are too few cells with a weight, otherwise unchanged.
     logical, intent(inout) :: short
     type(window_type) :: low, high
     integer :: axis, line, n, i
@@ -132,12 +133,12 @@ contains
     end associate
   end subroutine share_jointly
 
-  !> Where to cut: behind which cell along which axis; axis 0 where all lies in one cell.
+  !> Determines the cut: the axis, and the cell after which the box is cut; axis 0 if all weight is in one cell.
   subroutine find_cut(team, at, weight, box, part, of_all, axis, line)
     type(team_type), intent(in) :: team
     integer, intent(in) :: at(:, :), weight(:)
     type(window_type), intent(in) :: box
-    !> Processes below the cut, and all.
+    !> Number of processes below the cut, and in total.
     integer, intent(in) :: part, of_all
     integer, intent(out) :: axis, line
     integer(long), allocatable :: held(:)
@@ -167,11 +168,11 @@ contains
     end do
   end subroutine find_cut
 
-  !> How much of the part of this process lies in the layers of cells of a box across each axis.
+  !> Sum of the weights of this process in each layer of cells of a box, for all axes.
   pure function held_by_layers(at, weight, box, first) result(held)
     integer, intent(in) :: at(:, :), weight(:)
     type(window_type), intent(in) :: box
-    !> Where the layers of an axis begin, less one (4).
+    !> First layer of each axis, minus one (4).
     integer, intent(in) :: first(4)
     integer(long) :: held(first(4))
     integer :: a, i, k
@@ -185,10 +186,10 @@ contains
     end do
   end function held_by_layers
 
-  !> Number of the box that a cell is in.
+  !> Number of the box that contains a cell.
   pure integer function box_of(boxes, at)
     type(window_type), intent(in) :: boxes(:)
-    !> Place of the cell (3).
+    !> Position of the cell (3).
     integer, intent(in) :: at(3)
 
     do box_of = 1, size(boxes)

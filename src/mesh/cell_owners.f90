@@ -1,7 +1,7 @@
-!> Which process of a team owns which cells of the whole mesh, and which cells lie in how many rows around those of a
-!> process: boxes of a grid (qsmpm_cell_boxes), parts of other meshes (qsmpm_cell_parts).
+!> Interface to the distribution of the mesh cells over the processes of a team: owner of each cell, and cells in the
+!> rows around those of a process. Implemented for grid boxes (qsmpm_cell_boxes) and other parts (qsmpm_cell_parts).
 !>
-!> Cells have their numbers in the whole mesh. Every process knows all of it.
+!> Cells are numbered as in the whole mesh. Every process stores the complete distribution.
 module qsmpm_cell_owners
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
@@ -18,7 +18,7 @@ module qsmpm_cell_owners
   end type cell_owners_type
 
   abstract interface
-    !> Ranks that own some cells; -1 for cell 0, which is none.
+    !> Ranks that own the given cells; -1 for cell 0, which means no cell.
     pure function ranks_of_cells(self, cell) result(rank)
       import :: cell_owners_type
       class(cell_owners_type), intent(in) :: self
@@ -26,7 +26,7 @@ module qsmpm_cell_owners
       integer :: rank(size(cell))
     end function ranks_of_cells
 
-    !> Which of some cells are a rank's own or lie in so many rows around these.
+    !> Which of the given cells are owned by a rank or are in a given number of rows around its cells.
     pure function cells_near(self, rank, rows, cell) result(near)
       import :: cell_owners_type
       class(cell_owners_type), intent(in) :: self
@@ -34,12 +34,12 @@ module qsmpm_cell_owners
       logical :: near(size(cell))
     end function cells_near
 
-    !> Cells that nodes belong to: each node to one of those around it, whatever part of the mesh is looked at.
+    !> Cells to which nodes belong: each node to one of the cells around it, independent of the part of the mesh in use.
     pure function cells_of_nodes(self, mesh, places) result(cell)
       import :: cell_owners_type, mesh_type, wp
       class(cell_owners_type), intent(in) :: self
       type(mesh_type), intent(in) :: mesh
-      !> Where the nodes of the space are (dimension, nodes).
+      !> Coordinates of the nodes of the space (dimension, nodes).
       real(wp), intent(in) :: places(:, :)
       integer :: cell(size(places, 2))
     end function cells_of_nodes

@@ -1,7 +1,7 @@
-!> Owners of the cells of a mesh that is no grid, or of a grid that is looked at whole. Others say whose the cells with
-!> material are (qsmpm_cell_sharing); one without belongs to the process of the next one with some. Rows around the
-!> cells of a process are layers of cells that share a corner with those before. A node belongs to the lowest cell that
-!> has it: all cells around it lie in the first row.
+!> Owners of the cells of a mesh that is not a grid, or of a grid that every process stores completely. The owners of
+!> the cells with material are given (qsmpm_cell_sharing); a cell without material belongs to the process of the nearest
+!> cell with material. Rows around the cells of a process are layers of cells that share a corner with the previous
+!> layer. A node belongs to the cell of lowest number that contains it: all cells around the node are in its first row.
 module qsmpm_cell_parts
   use qsmpm_kinds, only: wp
   use qsmpm_cell_owners, only: cell_owners_type
@@ -16,7 +16,8 @@ module qsmpm_cell_parts
   type, extends(cell_owners_type) :: part_owners_type
     !> Rank that owns each cell (cells).
     integer, allocatable :: owner(:)
-    !> Other ranks that have cell c in a row around their own: around(first(c):first(c + 1) - 1), and the row.
+    !> Other ranks that have cell c in a row around their cells: around(first(c):first(c + 1) - 1), and number of the
+    !> row.
     integer, allocatable :: first(:), around(:), row(:)
   contains
     procedure :: of_cells
@@ -26,7 +27,7 @@ module qsmpm_cell_parts
 
 contains
 
-  !> Ranks that own some cells.
+  !> Ranks that own the given cells.
   pure function of_cells(self, cell) result(rank)
     class(part_owners_type), intent(in) :: self
     integer, intent(in) :: cell(:)
@@ -38,7 +39,7 @@ contains
     end do
   end function of_cells
 
-  !> Which of some cells are a rank's own or in so many rows around these; no more rows than were asked for at first.
+  !> Which of the given cells are owned by a rank or are in so many rows around its cells, at most the rows set up.
   pure function near(self, rank, rows, cell)
     class(part_owners_type), intent(in) :: self
     integer, intent(in) :: rank, rows, cell(:)
@@ -56,7 +57,7 @@ contains
     end do
   end function near
 
-  !> Cells that nodes belong to; 0 for a node that no cell has.
+  !> Cells to which nodes belong; 0 for a node of no cell.
   pure function homes(self, mesh, places) result(cell)
     class(part_owners_type), intent(in) :: self
     type(mesh_type), intent(in) :: mesh
@@ -69,7 +70,7 @@ contains
     end do
   end function homes
 
-  !> Cells that are marked, and which of them share a face: neighbours of the i-th are neighbour(first(i):first(i+1)-1).
+  !> Returns the marked cells and their face adjacency: neighbours of the i-th are neighbour(first(i):first(i+1)-1).
   pure subroutine cells_graph(mesh, marked, cells, first, neighbour)
     type(mesh_type), intent(in) :: mesh
     !> (cells)
@@ -96,7 +97,7 @@ contains
     neighbour = neighbour(:n)
   end subroutine cells_graph
 
-  !> Owners of all cells and the rows around them.
+  !> Determines the owners of all cells and the rows around them.
   pure subroutine own_all_cells(mesh, cells, rank, ranks, rows, owners)
     type(mesh_type), intent(in) :: mesh
     !> Cells with material, and their ranks (cells).
@@ -110,11 +111,11 @@ contains
     call find_rows(mesh, ranks, rows, owners)
   end subroutine own_all_cells
 
-  !> Cells without material, layer after layer: whose the lowest neighbour in the layers before is; the first rank's
-  !> where there is none.
+  !> Assigns the cells without material, layer by layer, to the owner of the neighbour of lowest number in the previous
+  !> layers; to the first rank if there is none.
   pure subroutine own_empty_cells(mesh, owner)
     type(mesh_type), intent(in) :: mesh
-    !> -1 where not known (cells).
+    !> -1 if not known (cells).
     integer, intent(inout) :: owner(:)
     integer :: before(size(owner)), c, k
 
@@ -133,7 +134,7 @@ contains
     where (owner < 0) owner = 0
   end subroutine own_empty_cells
 
-  !> In which rows around the cells of other ranks each cell lies.
+  !> Determines the rows around the cells of other ranks that contain each cell.
   pure subroutine find_rows(mesh, ranks, rows, owners)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: ranks, rows
@@ -162,17 +163,17 @@ contains
     owners%row = found(3, order)
   end subroutine find_rows
 
-  !> Cells that share a corner with those of a layer and were not seen yet.
+  !> Returns the cells that share a corner with those of a layer and are not marked yet.
   pure subroutine next_layer(mesh, layer, mark, seen, next)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: layer(:), mark
-    !> Cells that were seen bear the mark (cells).
+    !> Mark of each cell; visited cells get `mark` (cells).
     integer, intent(inout) :: seen(:)
     integer, allocatable, intent(out) :: next(:)
     integer, allocatable :: list(:)
     integer :: i, k, n, pass
 
-    ! Room for all of them first, some counted more than once.
+    ! The first pass counts the entries, some more than once; the second pass stores them.
     do pass = 1, 2
       n = 0
       do i = 1, size(layer)

@@ -1,13 +1,13 @@
-!> The part of a structured grid that is looked at: a range of cells along each axis.
+!> Part of a structured grid that is in use: a range of cells along each axis.
 !>
-!> Cells and nodes of a window are numbered as in the whole grid with the others left out, so that
-!> sums and orders are those of the whole grid. Which window a body needs is the model's business.
+!> Cells and nodes of a window are numbered as in the whole grid with the others omitted, so that sums and orders are
+!> those of the whole grid. The model determines the windows that bodies require.
 !>
-!> Labels of a grid, which do not depend on the part of it that is looked at.
+!> The module also assigns the labels of a grid, which do not depend on the part of it that is in use.
 !>
-!> With N corner nodes in the whole grid, labelled 1 to N with x fastest, then y, the mid node of an edge has
-!> the label  N (dx + 2 dy + 4 dz) + the corner label of (i, j, k),  where i, j, k is the lower line of the edge
-!> along each axis and dx, dy, dz are 1 for the axes it runs along. Elements count as the corner nodes do.
+!> With N corner nodes in the whole grid, labelled 1 to N with x fastest, then y, the mid node of an edge has the label
+!> N (dx + 2 dy + 4 dz) + the corner label of (i, j, k), where i, j, k is the lower line of the edge along each axis
+!> and dx, dy, dz are 1 for the axes that it is parallel to. Elements are labelled in the order of the corner nodes.
 module qsmpm_grid_window
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
@@ -17,7 +17,7 @@ module qsmpm_grid_window
   public :: window_type, operator(==), cells_of, hull, widen, holds, cells_over, cell_place, renumber, place_of, &
     number_at, label_mesh, row_of
 
-  !> First and last cell along each axis; 1 and 1 along z in the plane.
+  !> First and last cell along each axis; 1 and 1 along z in 2D.
   type :: window_type
     integer :: first(3) = 1
     integer :: last(3) = 1
@@ -29,7 +29,7 @@ module qsmpm_grid_window
 
 contains
 
-  !> True when two windows are the same.
+  !> Whether two windows are the same.
   pure logical function same(one, two)
     type(window_type), intent(in) :: one, two
 
@@ -44,7 +44,7 @@ contains
     cells = window%last - window%first + 1
   end function cells_of
 
-  !> Smallest window around two.
+  !> Smallest window that contains two windows.
   pure type(window_type) function hull(one, two) result(both)
     type(window_type), intent(in) :: one, two
 
@@ -52,10 +52,10 @@ contains
     both%last = max(one%last, two%last)
   end function hull
 
-  !> A window with more cells on each side, as far as the grid goes.
+  !> Window extended by cells on each side, limited by the grid.
   pure type(window_type) function widen(window, margin, whole) result(wide)
     type(window_type), intent(in) :: window
-    !> Cells to add on either side along each axis (3).
+    !> Cells to add on both sides along each axis (3).
     integer, intent(in) :: margin(3)
     !> The whole grid.
     type(window_type), intent(in) :: whole
@@ -64,16 +64,16 @@ contains
     wide%last = min(window%last + margin, whole%last)
   end function widen
 
-  !> True when a window holds another one.
+  !> Whether a window contains another one.
   pure logical function holds(window, other)
     type(window_type), intent(in) :: window, other
 
     holds = all(window%first <= other%first) .and. all(window%last >= other%last)
   end function holds
 
-  !> First and last cell between grid lines that an interval touches; beyond the ends the end cells.
+  !> Returns the first and last cell between grid lines that an interval touches; beyond the ends the end cells.
   pure subroutine cells_over(lines, low, high, first, last)
-    !> Grid lines, rising.
+    !> Grid lines, ascending.
     real(wp), intent(in) :: lines(:)
     !> The interval.
     real(wp), intent(in) :: low, high
@@ -86,9 +86,9 @@ contains
 
   !> Number of lines below a coordinate.
   pure integer function lines_below(lines, x, or_at) result(number)
-    !> Grid lines, rising; the coordinate.
+    !> Grid lines, ascending; the coordinate.
     real(wp), intent(in) :: lines(:), x
-    !> Count a line at the coordinate.
+    !> A line at the coordinate is included.
     logical, intent(in) :: or_at
     integer :: low, high, middle
 
@@ -105,29 +105,29 @@ contains
     number = low
   end function lines_below
 
-  !> Place of a mesh cell along the axes of the whole grid.
+  !> Position of a mesh cell along the axes of the whole grid.
   pure function cell_place(window, pieces, cell) result(at)
     type(window_type), intent(in) :: window
-    !> Mesh cells a brick is cut into; number of the mesh cell in the window.
+    !> Mesh cells per brick; number of the mesh cell in the window.
     integer, intent(in) :: pieces, cell
     integer :: at(3)
 
     at = place_of((cell - 1)/pieces + 1, cells_of(window)) + window%first - 1
   end function cell_place
 
-  !> Number in one window of a mesh cell of another; both hold it.
+  !> Number in one window of a mesh cell of another window; both contain it.
   pure integer function renumber(from, to, pieces, cell) result(number)
     type(window_type), intent(in) :: from, to
-    !> Mesh cells a brick is cut into; number of the mesh cell in the first window.
+    !> Mesh cells per brick; number of the mesh cell in the first window.
     integer, intent(in) :: pieces, cell
 
     number = (number_at(cell_place(from, pieces, cell) - to%first + 1, cells_of(to)) - 1)*pieces &
       + mod(cell - 1, pieces) + 1
   end function renumber
 
-  !> Place along the axes of a number that counts x fastest.
+  !> Position along the axes for a number with x fastest.
   pure function place_of(number, counts) result(at)
-    !> The number, and how many there are along each axis.
+    !> The number, and number of items along each axis.
     integer, intent(in) :: number, counts(3)
     integer :: at(3)
 
@@ -136,19 +136,19 @@ contains
     at(3) = (number - 1)/(counts(1)*counts(2)) + 1
   end function place_of
 
-  !> Number of a place, x fastest.
+  !> Number of a position, x fastest.
   pure integer function number_at(at, counts)
-    !> The place, and how many there are along each axis.
+    !> The position, and number of items along each axis.
     integer, intent(in) :: at(3), counts(3)
 
     number_at = ((at(3) - 1)*counts(2) + at(2) - 1)*counts(1) + at(1)
   end function number_at
 
-  !> Labels of nodes and cells: their numbers in the whole grid.
+  !> Assigns the labels of nodes and cells: their numbers in the whole grid.
   pure subroutine label_mesh(all_cells, window, ends, mesh)
-    !> Cells of the whole grid along each axis; 1 along z in the plane.
+    !> Cells of the whole grid along each axis; 1 along z in 2D.
     integer, intent(in) :: all_cells(3)
-    !> The part of it.
+    !> Window of the part.
     type(window_type), intent(in) :: window
     !> Corner nodes at the ends of the edge of each mid node (2,n).
     integer, intent(in) :: ends(:, :)
@@ -179,9 +179,9 @@ contains
     allocate (mesh%node_sets(0), mesh%cell_sets(0), mesh%face_sets(0))
   end subroutine label_mesh
 
-  !> Row along an axis that a node belongs to: twice the number of its line, one more between two lines.
+  !> Row of a node along an axis: twice the number of its line, plus one between two lines.
   pure integer function row_of(label, lines, axis)
-    !> Label of the node, and grid lines along each axis (1 along z in the plane).
+    !> Label of the node, and number of grid lines along each axis (1 along z in 2D).
     integer, intent(in) :: label, lines(3)
     !> 1, 2 or 3.
     integer, intent(in) :: axis

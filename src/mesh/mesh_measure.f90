@@ -1,4 +1,4 @@
-!> Small questions to a mesh: the nodes and coordinates of a cell, its volume and size, totals.
+!> Geometric quantities of a mesh: centre, volume, size and metric of a cell, interpolation, total volume and bounds.
 module qsmpm_mesh_measure
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry, full_rule, corner_count, shape_functions, max_nodes
@@ -12,7 +12,7 @@ module qsmpm_mesh_measure
 
 contains
 
-  !> Mean of the corners of a cell.
+  !> Mean of the corner coordinates of a cell.
   pure function cell_centre(mesh, cell) result(centre)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -25,7 +25,7 @@ contains
     centre = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
   end function cell_centre
 
-  !> Volume (area in the plane) of a cell; negative when it is inside out.
+  !> Volume (area in 2D) of a cell; negative if it is inverted.
   real(wp) function cell_volume(mesh, cell) result(volume)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -44,7 +44,7 @@ contains
     end do
   end function cell_volume
 
-  !> Size of a cell: the mean extent of its corners along the axes.
+  !> Size of a cell: the mean of its corner extents along the axes.
   pure real(wp) function cell_size(mesh, cell) result(extent)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -65,8 +65,8 @@ contains
     end do
   end function cell_size
 
-  !> Width of a cell, the root of its area or volume: what a band of strain one cell wide is taken for. It stays as it
-  !> is where a cell is sheared.
+  !> Width of a cell, the square or cube root of its area or volume, which is used as the width of a shear band that is
+  !> one cell wide. It does not change if the cell is sheared.
   real(wp) function cell_width(mesh, cell)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -75,8 +75,9 @@ contains
     cell_width = max(0.0_wp, cell_volume(mesh, cell))**(1.0_wp/mesh%dimension)
   end function cell_width
 
-  !> Metric G of a cell, whose width along n is (n . G n)^1/2: of quadrilaterals and bricks the second moments of their
-  !> corners, for a box the squares of its sides, scaled to its width all around; others are as wide all around.
+  !> Metric G of a cell, whose width along n is (n . G n)^1/2. For quadrilaterals and bricks it is the second moment of
+  !> the corners, for a box the squares of its sides, scaled to the mean width; other cells have the same width in all
+  !> directions.
   pure function cell_metric(mesh, cell, width) result(metric)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell, and its width (cell_width).
@@ -107,7 +108,7 @@ contains
     end do
   end function mesh_volume
 
-  !> Set the bounds of a mesh that is no part of a larger one.
+  !> Sets the bounds of a mesh that is not a part of a larger one.
   pure subroutine find_bounds(mesh)
     type(mesh_type), intent(inout) :: mesh
 
@@ -116,12 +117,12 @@ contains
     mesh%bounds(:, 2) = maxval(mesh%coordinates, dim=2)
   end subroutine find_bounds
 
-  !> A nodal field at a place of a cell.
+  !> Value of a nodal field at a point of a cell.
   pure function interpolate(mesh, cell, functions, field) result(value)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> Shape functions of the cell's nodes at the place, in the order of the cell.
+    !> Shape functions of the nodes of the cell at the point, in the order of the cell.
     real(wp), intent(in) :: functions(:)
     !> (components, node_count)
     real(wp), intent(in) :: field(:, :)
@@ -135,7 +136,7 @@ contains
     end do
   end function interpolate
 
-  !> Place of local coordinates in a cell.
+  !> Coordinates of a point given by its local coordinates in a cell.
   pure function place_in_cell(mesh, cell, local) result(x)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.

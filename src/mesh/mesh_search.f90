@@ -1,11 +1,11 @@
-!> Point search: the cell that owns a place, and the local coordinates there.
+!> Point search: the cell that owns a point, and the local coordinates there.
 !>
-!> Ownership is half open: a place on a face, edge or node belongs to the cell that contains it
-!> after a nudge along a fixed direction that is parallel to nothing in particular, as long as 1e-9
-!> of the size of the first cell; should the nudged place lie on a face, the cell it lies deepest in
-!> has it. So every place has one owner, whatever cell the search starts from; on the outside of the
-!> mesh the touching cell takes it. The search walks over the most violated face. Where it meets the outside a place
-!> has left a mesh that fills a box; in others all cells are looked at.
+!> Ownership is unique: a point on a face, edge or node belongs to the cell that contains it after a small shift in a
+!> fixed direction that is not parallel to any regular direction; the length of the shift is 1e-9 of the size of the
+!> first cell. If the shifted point is on a face, its owner is the cell in which its distance from the faces is largest.
+!> So every point has one owner, independent of the cell at which the search starts; on the boundary of the mesh the
+!> touching cell owns it. The search steps over the most violated face. If it reaches the boundary of a mesh that fills
+!> a box, the point is outside; in other meshes all cells are checked.
 module qsmpm_mesh_search
   use qsmpm_affine_cell, only: affine_map
   use qsmpm_tensor, only: cross
@@ -20,24 +20,24 @@ module qsmpm_mesh_search
   public :: inverse_map, locate
 
   real(wp), parameter :: nudge = 1.0e-9_wp
-  !> Direction of the nudge.
+  !> Direction of the shift.
   real(wp), parameter :: direction(3) = [1.0_wp, 0.314159_wp, 0.135914_wp]
-  !> Inside means distances above minus this; touching the outside means above minus the larger one.
+  !> Distances above minus this are inside; above minus the larger one they touch the boundary.
   real(wp), parameter :: inside_tolerance = 1.0e-12_wp, touching_tolerance = 1.0e-7_wp
   integer, parameter :: most_iterations = 30
 
 contains
 
-  !> Local coordinates of a place in the straight-edged map of a cell, also outside of it.
+  !> Computes the local coordinates of a point by the straight-edged map of a cell, also outside the cell.
   pure subroutine inverse_map(mesh, cell, x, local, ok)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> Place (dimension).
+    !> Coordinates of the point (dimension).
     real(wp), intent(in) :: x(:)
     !> Local coordinates (dimension).
     real(wp), intent(out) :: local(:)
-    !> False when Newton's method does not converge.
+    !> False if Newton's method does not converge.
     logical, intent(out) :: ok
     real(wp) :: functions(8), gradients(mesh%dimension, 8), corner(mesh%dimension, 8)
     real(wp) :: jacobian(3, 3), residual(3), move(3), from_corner(mesh%dimension)
@@ -49,8 +49,8 @@ contains
     kind = linear_kind(mesh%cell_kind(cell))
     n = corner_count(kind)
     first = mesh%cell_first(cell)
-    ! From the first corner: far from the origin the coordinates themselves have lost the digits
-    ! that the local ones need.
+    ! Coordinates are relative to the first corner: far from the origin absolute coordinates do not have the digits that
+    ! the local coordinates need.
     do i = 1, n
       corner(:, i) = mesh%coordinates(:, mesh%cell_nodes(first + i - 1)) - mesh%coordinates(:, mesh%cell_nodes(first))
     end do
@@ -72,12 +72,12 @@ contains
     if (n == d + 1) ok = .true.
   end subroutine inverse_map
 
-  !> Solve a system of two or three equations by Cramer's rule.
+  !> Solves a system of two or three equations by Cramer's rule.
   pure subroutine solve_small(a, b, x, ok)
     real(wp), intent(in) :: a(:, :), b(:)
-    !> Place (dimension).
+    !> Solution (dimension).
     real(wp), intent(out) :: x(:)
-    !> Whether it worked.
+    !> False if the matrix is singular.
     logical, intent(out) :: ok
     real(wp) :: determinant, scale
 
@@ -94,24 +94,24 @@ contains
     if (ok) x = x/determinant
   end subroutine solve_small
 
-  !> Owner cell of a place.
+  !> Determines the cell that owns a point.
   subroutine locate(mesh, x, cell, local, found)
     type(mesh_type), intent(in) :: mesh
-    !> Place (dimension).
+    !> Coordinates of the point (dimension).
     real(wp), intent(in) :: x(:)
-    !> In: where to start, 0 for anywhere. Out: the owner; unchanged when not found.
+    !> In: cell at which the search starts, 0 for any. Out: the owner; unchanged if not found.
     integer, intent(inout) :: cell
     !> Local coordinates in the owner (dimension).
     real(wp), intent(out) :: local(:)
-    !> False when the place is outside of the mesh.
+    !> False if the point is outside the mesh.
     logical, intent(out) :: found
     real(wp) :: nudged(size(x))
     integer :: owner
     logical :: ok, outside
 
     owner = max(1, cell)
-    ! The size of one cell for all places: the size of the starting cell would make the owner of a
-    ! place very near a face depend on the start.
+    ! The size of one cell is used for all points: with the size of the starting cell the owner of a point very near a
+    ! face would depend on the start.
     nudged = x + nudge*mesh%first_size*direction(:size(x))
     call walk(mesh, nudged, owner, inside_tolerance, found, outside)
     if (outside .and. mesh%is_box) then
@@ -126,16 +126,16 @@ contains
     found = ok
   end subroutine locate
 
-  !> Walk over the most violated faces.
+  !> Searches for a cell by stepping over the most violated faces.
   pure subroutine walk(mesh, x, cell, tolerance, found, outside)
     type(mesh_type), intent(in) :: mesh
-    !> Place (dimension).
+    !> Coordinates of the point (dimension).
     real(wp), intent(in) :: x(:)
-    !> In: where to start. Out: where the walk ends.
+    !> In: cell at which the search starts. Out: cell at which it ends.
     integer, intent(inout) :: cell
-    !> Inside means distances above minus this.
+    !> Distances above minus this are inside.
     real(wp), intent(in) :: tolerance
-    !> Whether the owner is found, or the walk has met the outside; neither where a cell is too distorted to tell.
+    !> Whether the owner is found, or the boundary is reached; both false if a cell is too distorted for its map.
     logical, intent(out) :: found, outside
     real(wp) :: distance
     logical :: ok
@@ -155,17 +155,17 @@ contains
     end do
   end subroutine walk
 
-  !> Face of a cell that a place lies farthest outside of, or is nearest to from inside.
+  !> Returns the face of a cell that a point is farthest outside of, or nearest to from inside.
   pure subroutine find_worst_face(mesh, cell, x, worst, distance, ok)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell
-    !> Place (dimension).
+    !> Coordinates of the point (dimension).
     real(wp), intent(in) :: x(:)
     !> Local face.
     integer, intent(out) :: worst
-    !> Its distance in local coordinates, negative outside.
+    !> Distance from it in local coordinates, negative outside.
     real(wp), intent(out) :: distance
-    !> False when the place has no local coordinates in the cell.
+    !> False if the point has no local coordinates in the cell.
     logical, intent(out) :: ok
     real(wp) :: local(size(x)), distances(max_faces)
     integer :: n
@@ -180,11 +180,12 @@ contains
     distance = distances(worst)
   end subroutine find_worst_face
 
-  !> Of the cells that share a place the one it lies deepest in has it, of several the lowest. The
-  !> depth decides because the tolerance is wider in a large cell than in a small one beside it.
+  !> Returns the owner among the cells that share a point: the cell in which its distance from the faces is largest, the
+  !> lowest number of several. The distance decides because the tolerance is wider in a large cell than in a small one
+  !> next to it.
   pure subroutine settle_tie(mesh, x, deepest, cell)
     type(mesh_type), intent(in) :: mesh
-    !> Place on a face of the cell (dimension); its distance to the worst face of the cell.
+    !> Point on a face of the cell (dimension); its distance from the worst face of the cell.
     real(wp), intent(in) :: x(:), deepest
     !> In: one of the cells. Out: the owner.
     integer, intent(inout) :: cell
@@ -203,14 +204,14 @@ contains
     end do
   end subroutine settle_tie
 
-  !> Try every cell whose box holds the place.
+  !> Checks every cell whose bounding box contains the point.
   pure subroutine look_everywhere(mesh, x, tolerance, cell, found)
     type(mesh_type), intent(in) :: mesh
-    !> Place (dimension); inside means distances above minus this.
+    !> Coordinates of the point (dimension); distances above minus the tolerance are inside.
     real(wp), intent(in) :: x(:), tolerance
-    !> The cell, when found.
+    !> The cell, if found.
     integer, intent(inout) :: cell
-    !> False when no cell holds the place.
+    !> False if no cell contains the point.
     logical, intent(out) :: found
     real(wp) :: distance, margin
     logical :: ok
@@ -220,7 +221,7 @@ contains
     do c = 1, mesh%cell_count
       first = mesh%cell_first(c)
       last = first + corner_count(mesh%cell_kind(c)) - 1
-      ! Local distances are up to a few times shorter than global ones over the cell size.
+      ! Local distances are up to a few times smaller than global distances over the cell size.
       margin = 10.0_wp*tolerance*cell_size(mesh, c)
       ok = .true.
       do i = 1, size(x)

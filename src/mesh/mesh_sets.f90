@@ -1,6 +1,6 @@
-!> Choosing nodes and faces by place or by name.
+!> Selection of nodes and faces by position or by name.
 !>
-!> Some cells of a mesh as a mesh of their own, with the nodes that they have.
+!> The module also extracts some cells of a mesh as a separate mesh, with their nodes.
 module qsmpm_mesh_sets
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -13,24 +13,24 @@ module qsmpm_mesh_sets
   public :: nodes_in_box, nodes_on_plane, faces_in_box, cuts_faces, items_of, add_set, set_tolerance, take_cells, &
     find_cells_at_corners
 
-  !> A node lies on a plane when it is this close, as a share of the size of the mesh.
+  !> A node is on a plane if it is within this fraction of the size of the mesh.
   real(wp), parameter :: closeness = 1.0e-8_wp
 
 contains
 
-  !> Distance below which places count as the same.
+  !> Distance below which positions are regarded as equal.
   pure real(wp) function set_tolerance(mesh) result(tolerance)
     type(mesh_type), intent(in) :: mesh
 
     tolerance = closeness*maxval(mesh%bounds(:, 2) - mesh%bounds(:, 1))
   end function set_tolerance
 
-  !> Nodes in a box; limits along z are not looked at in the plane.
+  !> Returns the nodes in a box; limits along z are ignored in 2D.
   pure subroutine nodes_in_box(mesh, box, items)
     type(mesh_type), intent(in) :: mesh
     !> Lower and upper corner (3,2).
     real(wp), intent(in) :: box(3, 2)
-    !> Indices found.
+    !> Indices of the nodes.
     integer, allocatable, intent(out) :: items(:)
     logical :: inside(mesh%node_count)
     integer :: i
@@ -43,19 +43,19 @@ contains
     items = pack([(i, i=1, mesh%node_count)], inside)
   end subroutine nodes_in_box
 
-  !> Nodes on a plane normal to an axis.
+  !> Returns the nodes on a plane normal to an axis.
   pure subroutine nodes_on_plane(mesh, axis, value, items)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: axis
     real(wp), intent(in) :: value
-    !> Indices found.
+    !> Indices of the nodes.
     integer, allocatable, intent(out) :: items(:)
     integer :: i
 
     items = pack([(i, i=1, mesh%node_count)], abs(mesh%coordinates(axis, :) - value) <= set_tolerance(mesh))
   end subroutine nodes_on_plane
 
-  !> Faces whose corners all lie in a box; an interior face comes from both its cells.
+  !> Returns the faces whose corners are all in a box; an interior face is returned for both its cells.
   pure subroutine faces_in_box(mesh, box, faces)
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: box(3, 2)
@@ -79,13 +79,13 @@ contains
     faces = list(:, :n)
   end subroutine faces_in_box
 
-  !> Whether faces of some cells lie in the plane of a flat box and reach into it and beyond it. A box with a
-  !> thickness may: it is made to choose.
+  !> Whether faces of the given cells are in the plane of a flat box and extend from inside it to outside it. For a box
+  !> with a thickness this is allowed, because it serves to select faces.
   pure logical function cuts_faces(mesh, box, wanted) result(cuts)
     type(mesh_type), intent(in) :: mesh
     !> Lower and upper corner (3,2).
     real(wp), intent(in) :: box(3, 2)
-    !> The cells (cell_count).
+    !> Cells that are considered (cell_count).
     logical, intent(in) :: wanted(:)
     real(wp) :: low(mesh%dimension), high(mesh%dimension), slack
     logical :: flat(mesh%dimension)
@@ -112,7 +112,7 @@ contains
     end do
   end function cuts_faces
 
-  !> What a set of a name holds; nothing where there is none.
+  !> Items of the set with a given name; empty if there is none.
   pure function items_of(sets, name) result(items)
     !> The list of sets.
     type(index_set_type), intent(in) :: sets(:)
@@ -125,12 +125,12 @@ contains
     if (place == 0) allocate (items(0))
   end function items_of
 
-  !> Append a set.
+  !> Appends a set.
   pure subroutine add_set(sets, name, items)
     !> The list of sets.
     type(index_set_type), allocatable, intent(inout) :: sets(:)
     character(len=*), intent(in) :: name
-    !> Indices found.
+    !> Indices of the items.
     integer, intent(in) :: items(:)
     type(index_set_type) :: set
 
@@ -140,12 +140,12 @@ contains
     sets = [sets, set]
   end subroutine add_set
 
-  !> Take cells with their kinds, labels and nodes; tables of neighbours and sets are left out.
+  !> Extracts cells with their kinds, labels and nodes; neighbour tables and sets are not extracted.
   pure subroutine take_cells(mesh, cells, part, nodes)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cells(:)
     type(mesh_type), intent(out) :: part
-    !> The nodes that they have, growing.
+    !> Nodes of these cells, ascending.
     integer, allocatable, intent(out) :: nodes(:)
     integer :: number(mesh%node_count), i, n
 
@@ -173,7 +173,7 @@ contains
     part%node_label = mesh%node_label(nodes)
   end subroutine take_cells
 
-  !> Cells at every corner node: cells(first(n):first(n + 1) - 1) are those at node n.
+  !> Lists the cells at every corner node: cells(first(n):first(n + 1) - 1) are those at node n.
   pure subroutine find_cells_at_corners(mesh, first, cells)
     type(mesh_type), intent(in) :: mesh
     integer, allocatable, intent(out) :: first(:), cells(:)

@@ -1,5 +1,5 @@
-!> Neighbour tables of a mesh, and the checks of its cells: positive volume, no corner turned inside
-!> out, mid nodes in the middle of straight edges.
+!> Neighbour tables of a mesh, and checks of its cells: positive volume, no inverted corner, mid nodes at the midpoints
+!> of straight edges.
 module qsmpm_mesh_topology
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
@@ -15,15 +15,15 @@ module qsmpm_mesh_topology
 
   public :: build_topology
 
-  !> A mid node may be off the middle of its edge by this share of the cell size.
+  !> Allowed distance of a mid node from the midpoint of its edge, as a fraction of the cell size.
   real(wp), parameter :: mid_tolerance = 1.0e-4_wp
 
 contains
 
-  !> Check the cells and fill face_neighbour, interior_face and the corner neighbours.
+  !> Checks the cells and sets face_neighbour, interior_face and the corner neighbours.
   subroutine build_topology(mesh, error)
     type(mesh_type), intent(inout) :: mesh
-    !> A cell of no or negative volume, or with misplaced mid nodes, by its label.
+    !> Cell of zero or negative volume, or with misplaced mid nodes, given by its label.
     type(error_type), allocatable, intent(out) :: error
     integer :: c
 
@@ -42,7 +42,7 @@ contains
     call find_corner_neighbours(mesh)
   end subroutine build_topology
 
-  !> A cell must have positive volume.
+  !> Checks that the volume of a cell is positive.
   subroutine check_volume(mesh, cell, error)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -59,12 +59,12 @@ contains
     call fail(error, error_deck, trim(text))
   end subroutine check_volume
 
-  !> The map of a cell must not turn inside out at a corner; flat corners of cells with a side
-  !> shrunk to a point pass.
+  !> Checks that the map of a cell is not inverted at a corner; corners with zero Jacobian of cells with a collapsed
+  !> side are accepted.
   subroutine check_corners(mesh, cell, error)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell
-    !> Set when it does.
+    !> Set if it is inverted.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: places(mesh%dimension, 8), corner(mesh%dimension, 8)
     real(wp) :: functions(8), gradients(mesh%dimension, 8), determinant
@@ -86,7 +86,7 @@ contains
     end do
   end subroutine check_corners
 
-  !> Mid nodes must lie in the middle of straight edges: where the corners alone put them.
+  !> Checks that mid nodes are at the midpoints of straight edges, at the positions that the corners define.
   subroutine check_mid_nodes(mesh, cell, error)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -116,7 +116,7 @@ contains
     end associate
   end subroutine check_mid_nodes
 
-  !> Pair the faces that share all their corners.
+  !> Pairs the faces that share all their corners.
   subroutine find_face_neighbours(mesh, error)
     type(mesh_type), intent(inout) :: mesh
     type(error_type), allocatable, intent(out) :: error
@@ -152,7 +152,7 @@ contains
     call list_interior_faces(mesh, pairs)
   end subroutine find_face_neighbours
 
-  !> Sorted corner nodes of a face, zeros first.
+  !> Returns the sorted corner nodes of a face, zeros first.
   pure subroutine face_key(mesh, cell, face, key)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell, face
@@ -165,7 +165,7 @@ contains
     call sort(key)
   end subroutine face_key
 
-  !> Interior faces once each, by rising first cell and face.
+  !> Lists the interior faces once each, by ascending first cell and face.
   subroutine list_interior_faces(mesh, pairs)
     type(mesh_type), intent(inout) :: mesh
     integer, intent(in) :: pairs
@@ -189,7 +189,7 @@ contains
     end do
   end subroutine list_interior_faces
 
-  !> Cells that share a corner.
+  !> Lists the cells that share a corner with each cell.
   subroutine find_corner_neighbours(mesh)
     type(mesh_type), intent(inout) :: mesh
     integer, allocatable :: first(:), cells(:), list(:)

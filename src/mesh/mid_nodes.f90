@@ -1,4 +1,4 @@
-!> From linear to quadratic cells: mid nodes in the middle of edges, one for each edge.
+!> Conversion of linear to quadratic cells: mid nodes at the midpoints of edges, one for each edge.
 module qsmpm_mid_nodes
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: node_count, corner_count, mid_edges, linear_kind, local_nodes, shape_functions
@@ -11,7 +11,7 @@ module qsmpm_mid_nodes
 
 contains
 
-  !> Make every cell of a linear mesh quadratic.
+  !> Converts every cell of a linear mesh to a quadratic one.
   subroutine add_mid_nodes(kind, mesh, mid_ends)
     !> Quadratic kind of all cells.
     integer, intent(in) :: kind
@@ -59,7 +59,7 @@ contains
     mesh%cell_first = [(1 + c*node_count(kind), c=0, mesh%cell_count)]
   end subroutine add_mid_nodes
 
-  !> The two corner nodes, the smaller one first, of the edges of all cells, cell by cell (2,n).
+  !> Two corner nodes, the smaller number first, of the edges of all cells, cell by cell (2,n).
   pure function ends_of_edges(mesh, edges) result(ends)
     type(mesh_type), intent(in) :: mesh
     !> Local corners of the edges of a cell (2,edges).

@@ -1,4 +1,4 @@
-!> Meshes that move: rows that follow a plate or a body, and the test whether a carried mesh is tangled.
+!> Moving meshes: rows of nodes that follow a plate or a body, and the check whether a deformed mesh is inverted.
 module qsmpm_moving_rows
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: shape_gradients, full_rule, local_nodes, node_count
@@ -11,12 +11,13 @@ module qsmpm_moving_rows
 
 contains
 
-  !> Rows between base and plate scale, rows beyond the plate shift, rows behind the base stay.
+  !> Moves rows of nodes: rows between base and plate scale, rows beyond the plate shift, rows behind the base are
+  !> fixed.
   pure subroutine scale_rows(mesh, axis, base, plate_old, plate_new)
     type(mesh_type), intent(inout) :: mesh
     !> Axis along which the plate moves.
     integer, intent(in) :: axis
-    !> Coordinate of the row that stays, and of the plate's row before and after.
+    !> Coordinate of the fixed row, and old and new coordinate of the row of the plate.
     real(wp), intent(in) :: base, plate_old, plate_new
     integer :: a
 
@@ -28,9 +29,9 @@ contains
 
   contains
 
-    !> Move a row.
+    !> Moves a row.
     pure subroutine move(x)
-      !> Its coordinate.
+      !> Coordinate of the row.
       real(wp), intent(inout) :: x
       real(wp) :: share
 
@@ -44,12 +45,12 @@ contains
     end subroutine move
   end subroutine scale_rows
 
-  !> Rows near a body go with it, those between them and the ends of the mesh scale, the ends stay.
+  !> Moves rows of nodes near a body with it, scales those between them and the fixed ends of the mesh.
   pure subroutine carry_rows(mesh, axis, middle, near, shift)
     type(mesh_type), intent(inout) :: mesh
     !> Axis along which the body moves.
     integer, intent(in) :: axis
-    !> Coordinate of the body before, distance from it within which rows go with it, and how far it moves.
+    !> Old coordinate of the body, distance from it within which rows move with it, and its displacement.
     real(wp), intent(in) :: middle, near, shift
     integer :: a
 
@@ -60,8 +61,8 @@ contains
     end do
   end subroutine carry_rows
 
-  !> Least determinant of the map of a cell at its nodes and at the points of its full rule: one that is not positive
-  !> has turned inside out.
+  !> Smallest determinant of the map of a cell at its nodes and at the points of its full rule; the cell is inverted if
+  !> it is not positive.
   real(wp) function least_jacobian(mesh, coordinates, cell) result(least)
     type(mesh_type), intent(in) :: mesh
     !> Node coordinates (dimension, node_count).
@@ -85,11 +86,11 @@ contains
     end do
   end function least_jacobian
 
-  !> Determinant of the isoparametric map.
+  !> Jacobian determinant of the isoparametric map.
   pure real(wp) function jacobian(kind, local, corner)
     !> Element kind.
     integer, intent(in) :: kind
-    !> Local coordinates (dimension).
+    !> Local coordinates (dimension); node coordinates (dimension, nodes).
     real(wp), intent(in) :: local(:), corner(:, :)
     real(wp) :: gradients(size(local), size(corner, 2)), map(3, 3)
 

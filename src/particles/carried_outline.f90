@@ -1,7 +1,7 @@
-!> The outline of a body as it moves with the material: edges in the plane, facets in space.
+!> Outline of a body that moves with the material: edges in 2D, facets in 3D.
 !>
-!> Edges and facets are divided until none is longer than asked for, so that their ends follow a deformation that is
-!> not uniform. Neighbouring facets divide a common edge at the same places: the surface stays closed.
+!> Edges and facets are divided until none is longer than a given length, so that their vertices follow a non-uniform
+!> deformation. Adjacent facets divide a common edge at the same points, so that the surface remains closed.
 module qsmpm_carried_outline
   use qsmpm_kinds, only: wp
   use qsmpm_body_shape, only: body_shape_type
@@ -16,29 +16,29 @@ module qsmpm_carried_outline
   type :: carried_outline_type
     !> Number of the body.
     integer :: body = 0
-    !> Its body is integrated inside of it; else it only tells how far what is integrated is off.
+    !> The body is integrated inside the outline; otherwise the outline only serves to measure the integration error.
     logical :: integrates = .false.
-    !> Tracer before that of the first vertex, and vertices.
+    !> Tracer before that of the first vertex, and number of vertices.
     integer :: before = 0, count = 0
     !> Vertices of each edge or facet (2 or 3, parts); those of a polygon in its order.
     integer, allocatable :: corner(:, :)
-    !> Length or area of each part at the start (parts).
+    !> Initial length or area of each part (parts).
     real(wp), allocatable :: size(:)
-    !> Surfaces of the deck that the parts belong to: part(i) is of surface(i).
+    !> Surfaces of the deck to which the parts belong: part(i) belongs to surface(i).
     integer, allocatable :: part(:), surface(:)
   end type carried_outline_type
 
 contains
 
-  !> Vertices of a polygon with its edges divided evenly, and where they enter or leave boxes.
+  !> Divides the edges of a polygon evenly and where they cross the sides of boxes, and returns the vertices.
   pure subroutine divide_polygon(polygon, longest, boxes, nearest, vertices)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: polygon(:, :)
-    !> Greatest length of an edge.
+    !> Largest length of an edge.
     real(wp), intent(in) :: longest
     !> Lower and upper corners (2,2,boxes).
     real(wp), intent(in) :: boxes(:, :, :)
-    !> No division nearer to another one or to a vertex than this.
+    !> Smallest distance of a division from another one or from a vertex.
     real(wp), intent(in) :: nearest
     !> (2,m)
     real(wp), allocatable, intent(out) :: vertices(:, :)
@@ -65,12 +65,12 @@ contains
     end do
   end subroutine divide_polygon
 
-  !> Put a share of an edge in its place unless it is nearly there.
+  !> Inserts a fraction of an edge in ascending order, unless it nearly coincides with another one.
   pure subroutine insert(share, value, nearest)
-    !> Rising, the first 0.
+    !> Ascending, the first 0.
     real(wp), allocatable, intent(inout) :: share(:)
     real(wp), intent(in) :: value
-    !> Least distance from the others and from 1.
+    !> Smallest distance from the others and from 1.
     real(wp), intent(in) :: nearest
     integer :: n
 
@@ -79,11 +79,11 @@ contains
     share = [share(:n), value, share(n + 1:)]
   end subroutine insert
 
-  !> Divide evenly what lies between shares of an edge, and between the last one and 1.
+  !> Divides evenly the intervals between fractions of an edge, and between the last one and 1.
   pure subroutine fill_gaps(share, longest)
-    !> Rising, the first 0.
+    !> Ascending, the first 0.
     real(wp), allocatable, intent(inout) :: share(:)
-    !> Greatest distance.
+    !> Largest interval.
     real(wp), intent(in) :: longest
     real(wp), allocatable :: dense(:)
     real(wp) :: to
@@ -99,11 +99,11 @@ contains
     call move_alloc(dense, share)
   end subroutine fill_gaps
 
-  !> Facets halved along their longest edges until none is longer than asked for; their vertices, each once.
+  !> Halves facets along their longest edges until no edge is longer than `longest`; returns the unique vertices.
   pure subroutine divide_facets(facets, longest, vertices, corner)
     !> (3,3,n)
     real(wp), intent(in) :: facets(:, :, :)
-    !> Greatest length of an edge.
+    !> Largest length of an edge.
     real(wp), intent(in) :: longest
     !> (3,m)
     real(wp), allocatable, intent(out) :: vertices(:, :)
@@ -123,7 +123,7 @@ contains
     end do
   end subroutine divide_facets
 
-  !> Halve facets. An edge is halved for what it is, whichever facet it is looked at from.
+  !> Halves facets. The division of an edge depends only on the edge, not on the facet.
   pure subroutine halve_edges(facets, longest, parts)
     !> (3,3,n)
     real(wp), intent(in) :: facets(:, :, :)
@@ -174,7 +174,7 @@ contains
     end do
   end function part_sizes
 
-  !> Bounds of the body as its vertices lie now.
+  !> Returns the bounds of the body for the current vertices of its outline.
   pure subroutine shape_of_outline(outline, vertices, shape)
     type(carried_outline_type), intent(in) :: outline
     !> (dimension, outline%count)

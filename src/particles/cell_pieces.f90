@@ -1,10 +1,10 @@
-!> The pieces of a body in the sub-cells of a cell.
+!> Pieces of a body in the sub-cells of a cell.
 !>
 !> A cell is divided into equal sub-cells: n x n quadrilaterals or triangles, in bricks and wedges in layers; a
-!> tetrahedron stays whole. Each sub-cell is clipped against the body; every connected piece is kept with its
-!> measure, its centroid, its second moments and its extents along the axes. Against an outline the pieces of plane
-!> cells and of bricks and wedges along z are exact and separate. Against a polyhedron the moments are exact; two
-!> pieces in one sub-cell count as one there.
+!> tetrahedron is not divided. Each sub-cell is clipped against the body. Every connected piece is stored with its
+!> measure, centroid, second moments and extents along the axes. For an outline the pieces of 2D cells and of bricks and
+!> wedges along z are exact and separate. For a polyhedron the moments are exact, but two pieces in one sub-cell are
+!> treated as one.
 module qsmpm_cell_pieces
   use qsmpm_kinds, only: wp
   use qsmpm_piece_list, only: piece_list_type, add_piece, piece_type
@@ -18,22 +18,22 @@ module qsmpm_cell_pieces
 
   public :: prism_pieces, solid_pieces
 
-  !> Distance from a face, as a share of the size of a cell, below which a facet lies on it.
+  !> Distance from a face, as a fraction of the size of a cell, below which a facet is on the face.
   real(wp), parameter :: on_face = 1.0e-9_wp
 
 contains
 
-  !> Pieces in a plane cell, or in a brick or wedge standing along z.
+  !> Returns the pieces in a 2D cell, or in a brick or wedge parallel to z.
   pure subroutine prism_pieces(outline, base, cell_limits, body_limits, n, layers, pieces)
-    !> Outline of the body, counter-clockwise (2,m); unallocated: the body is unbounded in the plane.
+    !> Outline of the body, counter-clockwise (2,m); not allocated if the body is unbounded in the plane.
     real(wp), allocatable, intent(in) :: outline(:, :)
     !> Corners of the base, counter-clockwise (2, 3 or 4).
     real(wp), intent(in) :: base(:, :)
-    !> Limits of the cell along z, equal in the plane (2).
+    !> Limits of the cell along z, equal in 2D (2).
     real(wp), intent(in) :: cell_limits(2)
     !> Limits of the body along z (2).
     real(wp), intent(in) :: body_limits(2)
-    !> Sub-cells a side of the base, and layers.
+    !> Sub-cells per side of the base, and layers.
     integer, intent(in) :: n, layers
     type(piece_list_type), intent(inout) :: pieces
     type(polygon_list_type) :: inside, whole, found
@@ -57,11 +57,11 @@ contains
 
   contains
 
-    !> Corners and column of a sub-cell of the base of a cell.
+    !> Returns corners and position of a sub-cell of the base of a cell.
     pure subroutine sub_base(corners, column)
       !> Its corners, counter-clockwise.
       real(wp), intent(out) :: corners(:, :)
-      !> Numbers from 1 to n (2).
+      !> Position, from 1 to n (2).
       integer, intent(out) :: column(2)
       integer :: lattice(2, 3), i
 
@@ -77,11 +77,11 @@ contains
       end do
     end subroutine sub_base
 
-    !> A plane piece as it is, or its layers in 3D.
+    !> Appends a plane piece in 2D, or its layers in 3D.
     pure subroutine add_layers(polygon, pieces)
       !> Vertices (2,m).
       real(wp), intent(in) :: polygon(:, :)
-      !> Gains the pieces.
+      !> List of pieces.
       type(piece_list_type), intent(inout) :: pieces
       real(wp) :: area, centroid(2), extent(2), second(3, 3), low, high, height
       integer :: k
@@ -108,8 +108,8 @@ contains
     end subroutine add_layers
   end subroutine prism_pieces
 
-  !> Corners of a sub-triangle, counted in n-th parts of the two sides at the first corner: a row of n - j upright ones
-  !> after the other, then the rows of those that hang between them.
+  !> Corners of a sub-triangle in units of 1/n of the two sides at the first corner. Rows of n - j upright triangles are
+  !> numbered first, then the rows of the inverted triangles between them.
   pure function sub_triangle(m, n) result(lattice)
     !> Number of the sub-triangle of n*n.
     integer, intent(in) :: m, n
@@ -129,9 +129,9 @@ contains
     if (m > upright) lattice = reshape([i, j, i, j + 1, i - 1, j + 1], [2, 3])
   end function sub_triangle
 
-  !> Weights of the corners of a triangle at a place of its lattice.
+  !> Weights of the corners of a triangle at a lattice point.
   pure function lattice_weights(place, n) result(weights)
-    !> Place, and parts of a side.
+    !> Lattice point, and number of intervals per side.
     integer, intent(in) :: place(2), n
     real(wp) :: weights(3)
 
@@ -142,7 +142,7 @@ contains
   pure function sub_quad(base, i, j, n) result(corners)
     !> Corners (2,4).
     real(wp), intent(in) :: base(:, :)
-    !> Number of the sub-cell in both directions, of n.
+    !> Position of the sub-cell in both directions, and number of sub-cells per direction.
     integer, intent(in) :: i, j, n
     real(wp) :: corners(2, 4)
 
@@ -153,9 +153,9 @@ contains
 
   contains
 
-    !> Bilinear place; exactly a corner or on a side where it should be.
+    !> Bilinear interpolation; exact at the corners and on the sides.
     pure function place(a, b) result(x)
-      !> Numbers from 0 to n.
+      !> Indices from 0 to n.
       integer, intent(in) :: a, b
       real(wp) :: x(2)
       real(wp) :: s, t
@@ -167,14 +167,14 @@ contains
     end function place
   end function sub_quad
 
-  !> Pieces of a polyhedron in the sub-cells of a cell.
+  !> Returns the pieces of a polyhedron in the sub-cells of a cell.
   pure subroutine solid_pieces(solid, closed, corners, n, layers, pieces)
     type(polyhedron_type), intent(in) :: solid
-    !> It has all its facets: extents are those of the piece, else of the sub-cell.
+    !> The polyhedron has all its facets: extents are those of the piece, otherwise of the sub-cell.
     logical, intent(in) :: closed
     !> Corners of the tetrahedron, wedge or brick (3, 4, 6 or 8).
     real(wp), intent(in) :: corners(:, :)
-    !> Sub-cells a direction in the base, and layers; a tetrahedron stays whole.
+    !> Sub-cells per direction in the base, and layers; a tetrahedron is not divided.
     integer, intent(in) :: n, layers
     type(piece_list_type), intent(inout) :: pieces
     integer, allocatable :: candidates(:)
@@ -202,12 +202,12 @@ contains
 
   contains
 
-    !> The part of a polyhedron in a sub-cell, unless there is none.
+    !> Appends the part of a polyhedron in a sub-cell, if there is one.
     pure subroutine add_solid(candidates, sub, pieces)
       integer, intent(in) :: candidates(:)
-      !> Corners of the sub-cell, and its place (3).
+      !> Corners of the sub-cell.
       real(wp), intent(in) :: sub(:, :)
-      !> Gains the piece.
+      !> List of pieces.
       type(piece_list_type), intent(inout) :: pieces
       type(tet_list_type) :: tets
       real(wp) :: volume, whole, moment(3), second(3, 3), about(3), extent(3)
@@ -229,11 +229,11 @@ contains
       call add_piece(pieces, piece_type(volume, moment/volume, extent, second, place))
     end subroutine add_solid
 
-    !> Corners and place of a sub-cell of a wedge.
+    !> Returns corners and position of a sub-cell of a wedge.
     pure subroutine sub_wedge(sub, place)
       !> Corners of the sub-cell.
       real(wp), intent(out) :: sub(:, :)
-      !> Place (3).
+      !> Position (3).
       integer, intent(out) :: place(3)
       integer :: lattice(2, 3), i, j
       real(wp) :: height
@@ -268,15 +268,15 @@ contains
     end function sub_brick
   end subroutine solid_pieces
 
-  !> Extents of the part of a polyhedron in a brick: its corners are corners of the brick inside the
-  !> polyhedron and corners of the facets cut by the brick.
+  !> Determines the extents of the part of a polyhedron in a brick. The corners of the part are corners of the brick
+  !> inside the polyhedron and corners of the facets clipped by the brick.
   pure subroutine find_extent(solid, candidates, corners, extent)
     type(polyhedron_type), intent(in) :: solid
-    !> Facets over the brick.
+    !> Facets above or below the brick in plan.
     integer, intent(in) :: candidates(:)
     !> Corners of the brick (3,8).
     real(wp), intent(in) :: corners(:, :)
-    !> In: those of the brick. Out: those of the part, unless there is nothing to measure.
+    !> In: extents of the brick. Out: extents of the part, unless there are no corners.
     real(wp), intent(inout) :: extent(3)
     real(wp) :: low(3), high(3), origins(3, 6), normals(3, 6), sizes(6), snap(6)
     real(wp) :: polygon(3, most_corners)
@@ -297,7 +297,7 @@ contains
     if (all(high > low)) extent = min(extent, high - low)
   end subroutine find_extent
 
-  !> Make a box hold some places.
+  !> Extends a box so that it contains the given points.
   pure subroutine widen(places, low, high)
     !> (3,m)
     real(wp), intent(in) :: places(:, :)

@@ -1,10 +1,10 @@
-!> The share of a cell that a body occupies, and the centroid of that part.
+!> Fraction of a cell that a body occupies, and the centroid of this part.
 !>
-!> Exact for plane cells with straight sides and for cells with plane faces; a brick whose faces are
-!> not plane is taken as six tetrahedra. In axisymmetry the share is one of volumes.
+!> The result is exact for 2D cells with straight sides and for cells with plane faces; a brick whose faces are not
+!> plane is divided into six tetrahedra. In axisymmetry the fraction is one of volumes.
 !>
-!> The measure dV of a cell at a place, and the volumes of cells: area in plane strain, area times
-!> radius (per radian) in axisymmetry, volume in 3D.
+!> The module also computes the measure dV of a cell at a point, and the volumes of cells: area in plane strain, area
+!> times radius (per radian) in axisymmetry, volume in 3D.
 module qsmpm_cell_share
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, element_geometry, full_rule
@@ -33,13 +33,13 @@ contains
     corners = mesh%coordinates(:, mesh%cell_nodes(first:first + size(corners, 2) - 1))
   end function corners_of
 
-  !> The polyhedron of a body in 3D; the prism between its limits when it is given by an outline.
-  !> It has no facets in the plane and where the body is unbounded.
+  !> Returns the polyhedron of a body in 3D, which is the prism between its limits if it is given by an outline. The
+  !> polyhedron has no facets in 2D and for an unbounded body.
   pure subroutine solid_of(mesh, shape, solid)
     type(mesh_type), intent(in) :: mesh
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
-    !> The polyhedron; that of an outline serves for volumes only, it has no walls.
+    !> The polyhedron; for an outline it has no walls and can be used for volumes only.
     type(polyhedron_type), intent(out) :: solid
     real(wp), allocatable :: facets(:, :, :), outline(:, :)
     real(wp) :: low(3), high(3)
@@ -63,12 +63,12 @@ contains
     call make_polyhedron(facets, solid)
   end subroutine solid_of
 
-  !> Share of a cell that a body occupies, and the centroid of that part.
+  !> Computes the fraction of a cell that a body occupies, and the centroid of this part.
   pure subroutine occupied_share(mesh, shape, solid, cell, share, centre)
     type(mesh_type), intent(in) :: mesh
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
-    !> The polyhedron of the body, by `solid_of`.
+    !> The polyhedron of the body from `solid_of`.
     type(polyhedron_type), intent(in) :: solid
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -97,15 +97,15 @@ contains
     end if
   end subroutine occupied_share
 
-  !> Corners of a plane cell, or the base and height of a wedge or brick standing along z.
+  !> Returns the corners of a 2D cell, or the base and limits of a wedge or brick parallel to z.
   pure subroutine upright_prism(corners, base, low, high, upright)
     !> Corners (dimension, corners).
     real(wp), intent(in) :: corners(:, :)
     !> Base corners, counter-clockwise (2,n).
     real(wp), allocatable, intent(out) :: base(:, :)
-    !> Limits along z; 0 in the plane.
+    !> Limits along z; 0 in 2D.
     real(wp), intent(out) :: low, high
-    !> False for any other cell; nothing else is set then.
+    !> False for any other cell; then nothing else is set.
     logical, intent(out) :: upright
     real(wp) :: tolerance
     integer :: n, half
@@ -131,9 +131,9 @@ contains
     if (polygon_area(base) < 0.0_wp) base(:, :) = corners(:2, half:1:-1)
   end subroutine upright_prism
 
-  !> Exact share of a plane cell or an upright prism.
+  !> Computes the exact fraction of a 2D cell or an upright prism.
   pure subroutine share_of_prism(axisymmetric, shape, base, low, high, share, centre)
-    !> Shares of volumes per radian.
+    !> Fractions of volumes per radian.
     logical, intent(in) :: axisymmetric
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
@@ -164,7 +164,7 @@ contains
     if (high > low) share = share*max(0.0_wp, min(high, shape%high) - max(low, shape%low))/(high - low)
   end subroutine share_of_prism
 
-  !> Share of a cell in 3D inside a polyhedron.
+  !> Computes the fraction of a 3D cell inside a polyhedron.
   pure subroutine share_in_solid(solid, corners, closed, share, centre)
     type(polyhedron_type), intent(in) :: solid
     !> Corners of the cell (3,n).
@@ -204,7 +204,7 @@ contains
     if (share > tiny(share)) centre = moment/volume
   end subroutine share_in_solid
 
-  !> Determinant of the element's Jacobian, times the radius in axisymmetry.
+  !> Determinant of the Jacobian of the element, times the radius in axisymmetry.
   pure real(wp) function measure_at(mesh, cell, local) result(measure)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -222,7 +222,7 @@ contains
     if (mesh%axisymmetric) measure = measure*dot_product(functions(:n), corner(1, :n))
   end function measure_at
 
-  !> Volumes of all cells by their full rule.
+  !> Computes the volumes of all cells by their full rule.
   subroutine cell_volumes(mesh, volumes)
     type(mesh_type), intent(in) :: mesh
     !> (cell_count)

@@ -1,10 +1,10 @@
-!> A list of the fields of what the mesh carries: name, unit, how many components and of what kind, who is shown it,
-!> and where it lies in memory. Whoever treats all fields alike (checkpoint, restart, checks, results, pictures, named
-!> values, expansion of reduced scenes) loops over such a list and names none.
+!> List of the fields of sets that move with the material: name, unit, number and kind of components, outputs that
+!> contain the field, and its location in memory. Procedures that treat all fields alike (checkpoint, restart, checks,
+!> results, plots, named values, expansion of reduced models) loop over such a list and contain no names of fields.
 !>
-!> A stored field is seen where it lies, as a table (components, n) or as a row of integers, short or long; the list is
-!> good as long as its owner lives. A field that is made from others holds its values itself. Which fields there are is
-!> said by `list_fields` and `list_made_fields` of qsmpm_points.
+!> A stored field is accessed by a pointer to its array, a table (components, n) or a row of integers, short or long;
+!> the list is valid as long as its owner exists. A derived field, computed from others, has its own values. The fields
+!> are defined by `list_fields` and `list_made_fields` of qsmpm_points.
 module qsmpm_field_list
   use qsmpm_kinds, only: wp, long
   use qsmpm_text, only: replaced
@@ -13,16 +13,16 @@ module qsmpm_field_list
 
   public :: field_type, field_list_type, row_components
 
-  !> Kinds of fields: what becomes of them when a point of a reduced model is mirrored, turned or replicated. A number
-  !> is the same at every image; of an amount an image has its share; a position goes to the place of the image;
-  !> vectors and symmetric tensors (11, 22, 33, 12, 13, 23) turn with it; a label is an integer; what is internal means
-  !> something in the cell, or to the law, of its own point only and is not taken along.
+  !> Kinds of fields: how a field is transformed if a point of a reduced model is mirrored, rotated or replicated. A
+  !> number is the same for every image; an amount is divided among the images; a position is that of the image; vectors
+  !> and symmetric tensors (11, 22, 33, 12, 13, 23) are transformed with it; a label is an integer; an internal field
+  !> has a meaning only in the cell, or for the law, of its own point and is not copied.
   integer, parameter, public :: kind_number = 1, kind_amount = 2, kind_position = 3, kind_vector = 4, kind_tensor = 5, &
     kind_label = 6, kind_internal = 7
   character(len=*), parameter, public :: kind_names(7) = [character(len=16) :: 'number', 'amount', 'position', &
     'vector', 'symmetric tensor', 'label', 'internal']
 
-  !> Who sees a field beside checkpoint and restart: nobody; named values; results and pictures; all of them.
+  !> Outputs of a field in addition to checkpoint and restart: none; named values; results and plots; all of them.
   integer, parameter, public :: shown_nowhere = 0, shown_by_name = 1, shown_in_results = 2, shown_everywhere = 3
 
   !> Units in terms of length L and force F.
@@ -31,21 +31,21 @@ module qsmpm_field_list
 
   integer, parameter, public :: field_name_length = 40
 
-  !> One field; `reals`, `made`, `labels` or `numbers` has its values.
+  !> A field; `reals`, `made`, `labels` or `numbers` contains its values.
   type :: field_type
     character(len=field_name_length) :: name = ''
     character(len=8) :: unit = ''
     integer :: kind = kind_internal
     integer :: shown = shown_nowhere
-    !> What it is, for the table of fields; empty for what is shown nowhere.
+    !> Description for the table of fields; empty for fields that are not output.
     character(len=160) :: meaning = ''
-    !> One number a point, held as a row.
+    !> One number per point, stored as a row.
     logical :: is_row = .false.
-    !> Where a stored field lies (components, n), (n).
+    !> Array of a stored field (components, n), (n).
     real(wp), pointer, contiguous :: reals(:, :) => null()
     integer, pointer, contiguous :: labels(:) => null()
     integer(long), pointer, contiguous :: numbers(:) => null()
-    !> Values of one that is made from others (components, n).
+    !> Values of a derived field (components, n).
     real(wp), allocatable :: made(:, :)
   contains
     procedure :: get_values
@@ -54,7 +54,7 @@ module qsmpm_field_list
     procedure :: spoken
   end type field_type
 
-  !> The fields in the order in which they were added.
+  !> Fields in the order in which they were added.
   type :: field_list_type
     integer :: count = 0
     type(field_type), allocatable :: fields(:)
@@ -66,15 +66,15 @@ module qsmpm_field_list
 
 contains
 
-  !> A stored field: a number a point (row) or several (table), integers, short or long; none where it is not allocated.
+  !> Adds a stored field: one number per point (row) or several (table), integers, short or long; null if not allocated.
   subroutine add(self, name, kind, shown, unit, meaning, row, table, labels, numbers)
     class(field_list_type), intent(inout) :: self
     character(len=*), intent(in) :: name
-    !> One of the kind_* and of the shown_* values.
+    !> One of the kind_* values, and one of the shown_* values.
     integer, intent(in) :: kind
     integer, intent(in), optional :: shown
     character(len=*), intent(in), optional :: unit, meaning
-    !> One of these.
+    !> Exactly one of these.
     real(wp), allocatable, intent(in), target, optional :: row(:), table(:, :)
     integer, allocatable, intent(in), target, optional :: labels(:)
     integer(long), allocatable, intent(in), target, optional :: numbers(:)
@@ -94,11 +94,11 @@ contains
     end associate
   end subroutine add
 
-  !> A field that is made from others; it holds its values.
+  !> Adds a derived field, which stores its values.
   subroutine add_made(self, name, values, kind, shown, unit, meaning)
     class(field_list_type), intent(inout) :: self
     character(len=*), intent(in) :: name
-    !> (components, n); gone afterwards.
+    !> (components, n); deallocated on return.
     real(wp), allocatable, intent(inout) :: values(:, :)
     integer, intent(in) :: kind, shown
     character(len=*), intent(in), optional :: unit, meaning
@@ -108,7 +108,7 @@ contains
     call move_alloc(values, self%fields(self%count)%made)
   end subroutine add_made
 
-  !> Room for one more, with what is known of it.
+  !> Appends a field with its properties.
   subroutine append(list, name, kind, shown, unit, meaning)
     type(field_list_type), intent(inout) :: list
     character(len=*), intent(in) :: name
@@ -136,7 +136,7 @@ contains
     end associate
   end subroutine append
 
-  !> Number of the field of a name, 0 when there is none.
+  !> Number of the field with a given name, 0 if there is none.
   pure integer function find(self, name)
     class(field_list_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -146,7 +146,7 @@ contains
     end do
   end function find
 
-  !> Components of a kind in results: three of a vector, six of a symmetric tensor, zeros where the plane has none.
+  !> Number of components of a kind in results: three for a vector, six for a symmetric tensor, padded with zeros in 2D.
   pure integer function row_components(kind)
     integer, intent(in) :: kind
 
@@ -160,7 +160,7 @@ contains
     end select
   end function row_components
 
-  !> Components as they are held; 0 where there are no values.
+  !> Number of stored components; 0 if there are no values.
   pure integer function component_count(self)
     class(field_type), intent(in) :: self
 
@@ -170,7 +170,7 @@ contains
     if (associated(self%labels) .or. associated(self%numbers)) component_count = 1
   end function component_count
 
-  !> Points that have values; 0 for a field that is not carried.
+  !> Number of points with values; 0 for a field that is not stored.
   pure integer function point_count(self)
     class(field_type), intent(in) :: self
 
@@ -181,7 +181,7 @@ contains
     if (associated(self%numbers)) point_count = size(self%numbers)
   end function point_count
 
-  !> The name with blanks, as messages say it.
+  !> Name with blanks instead of underscores, for messages.
   pure function spoken(self) result(text)
     class(field_type), intent(in) :: self
     character(len=:), allocatable :: text
@@ -189,10 +189,10 @@ contains
     text = replaced(trim(self%name), '_', ' ')
   end function spoken
 
-  !> A copy of the values as reals, with zeros behind their components.
+  !> Returns a copy of the values as reals, padded with zeros.
   pure subroutine get_values(self, components, values)
     class(field_type), intent(in) :: self
-    !> Components wanted, as many as there are or more.
+    !> Number of components, at least that of the field.
     integer, intent(in) :: components
     !> (components, n)
     real(wp), allocatable, intent(out) :: values(:, :)

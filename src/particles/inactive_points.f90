@@ -1,16 +1,17 @@
-!> What is kept of bodies that are not there: those that have not come yet or are gone, and those that the present phase
-!> takes out. None of it holds a cell, has stiffness or is shown.
+!> Points of inactive bodies: bodies that are not active yet or have been removed, and bodies that the current phase
+!> removes. They belong to no cell, have no stiffness and are not shown in results.
 !>
-!> The points of a body that is taken out ride with the mesh to the end of the phase, as their stress and weight are
-!> lowered (qsmpm_unloading); then they wait where they are. A body that has not come yet waits where it is drawn; under
-!> it lie its *feet*, places on the ground that is there, which tell how far this has settled when the body comes.
+!> The points of a body that is removed move with the mesh until the end of the phase, while their stress and weight are
+!> reduced (qsmpm_unloading); then they are kept at their positions. A body that is not active yet is kept in its
+!> initial geometry. Under it are its *feet*, points on the surface of the active soil that give its settlement at
+!> activation.
 !>
-!> The vertical lines on which a body that is put in place stands: from the top as it is drawn to the ground as it has
-!> settled. A height z of the drawing, between its bottom z_b and its top z_t on that line, comes to
+!> An activated body stands on vertical lines from its initial top to the settled surface. A height z of the initial
+!> geometry, between bottom z_b and top z_t on this line, becomes
 !>
 !>   z' = z_t - r (z_t - z),   r = (z_t - z_s)/(z_t - z_b)
 !>
-!> with the height z_s of the ground now: the top stays level, the bottom lies on the ground, without gap or overlap.
+!> with the current surface height z_s: the top remains level, the bottom is on the surface without gap or overlap.
 module qsmpm_inactive_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_carried, allocate_points, &
     allocate_surface_points
@@ -21,26 +22,26 @@ module qsmpm_inactive_points
   public :: inactive_points_type, allocate_inactive, lift_feet_type, stretch_over, height_over
 
   type :: inactive_points_type
-    !> Bodies that wait, and those that are being unloaded, with the points of their surfaces.
+    !> Bodies that are inactive, and bodies that are being unloaded, with their surface points.
     type(points_type) :: points, unloading
     type(surface_points_type) :: surface, unloading_surface
-    !> Places on the ground under bodies that have not come yet.
+    !> Points on the surface under bodies that are not active yet.
     type(carried_type) :: feet
   end type inactive_points_type
 
   type :: lift_feet_type
-    !> Coordinate along the vertical.
+    !> Axis of the vertical.
     integer :: axis = 2
-    !> Body that stands on each foot, bottom and top of its drawing on the line (feet).
+    !> Body on each foot; bottom and top of its initial geometry on the line (feet).
     integer, allocatable :: body(:)
     real(wp), allocatable :: bottom(:), top(:)
-    !> Bodies whose drawings reach to the foot from below: it rides with those that are there (bodies, feet).
+    !> Bodies whose initial geometry extends to the foot from below: the foot moves with the active ones (bodies, feet).
     logical, allocatable :: on(:, :)
   end type lift_feet_type
 
 contains
 
-  !> Nothing is kept.
+  !> Allocates empty sets.
   pure subroutine allocate_inactive(inactive, dimension)
     type(inactive_points_type), intent(out) :: inactive
     !> 2 or 3.
@@ -53,10 +54,10 @@ contains
     call allocate_carried(inactive%feet, dimension, 0)
   end subroutine allocate_inactive
 
-  !> Thickness over that of the drawing; 0 where the ground lies above the top, 1 where there is no foot.
+  !> Thickness over the initial thickness; 0 if the surface is above the top, 1 without a foot.
   pure real(wp) function stretch_over(feet, foot, settled) result(ratio)
     type(lift_feet_type), intent(in) :: feet
-    !> Number of the foot, 0 for none, and its height now.
+    !> Number of the foot, 0 for none, and its current height.
     integer, intent(in) :: foot
     real(wp), intent(in) :: settled
 
@@ -66,13 +67,13 @@ contains
       ratio = max(0.0_wp, (feet%top(foot) - settled)/(feet%top(foot) - feet%bottom(foot)))
   end function stretch_over
 
-  !> Where a height of the drawing comes to.
+  !> Current height of a height of the initial geometry.
   pure real(wp) function height_over(feet, foot, settled, height) result(z)
     type(lift_feet_type), intent(in) :: feet
-    !> Number of the foot, 0 for none, and its height now.
+    !> Number of the foot, 0 for none, and its current height.
     integer, intent(in) :: foot
     real(wp), intent(in) :: settled
-    !> Height of the drawing.
+    !> Height of the initial geometry.
     real(wp), intent(in) :: height
 
     z = height

@@ -1,9 +1,9 @@
-!> Integration points of a body over the cells of a plane mesh, for its outline as it is now.
+!> Integration points of a body in the cells of a 2D mesh, for its current outline.
 !>
 !> Every piece of the body in a cell is divided into the triangles from its centroid to its edges, each with a Gauss
-!> rule; a piece that is not star-shaped has some of negative measure, whose sum with the others is right. The rules are
+!> rule; a piece that is not star-shaped has some triangles of negative measure, and the sum is correct. The rules are
 !> exact for the gradients of the functions, in axisymmetry times the radius. Cells with straight sides are cut exactly;
-!> of curved ones the volumes are scaled to those of the curved cell.
+!> for curved cells the volumes are scaled to those of the curved cell.
 module qsmpm_outline_quadrature
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: element_order
@@ -19,14 +19,14 @@ module qsmpm_outline_quadrature
 
   public :: seed_outline_cells
 
-  !> Share of a cell below which a piece is rounding.
+  !> Fraction of a cell below which a piece is regarded as round-off.
   real(wp), parameter :: nothing = 1.0e-9_wp
-  !> Share of the size of a cell by which an edge beside it counts as near.
+  !> Distance of an edge from a cell, as a fraction of the size of the cell, below which it is regarded as near.
   real(wp), parameter :: near = 1.0e-6_wp
 
 contains
 
-  !> Add the integration points of a body.
+  !> Adds the integration points of a body.
   pure subroutine seed_outline_cells(mesh, outline, body, degree, list)
     type(mesh_type), intent(in) :: mesh
     !> Vertices, counter-clockwise (2,n).
@@ -35,7 +35,7 @@ contains
     integer, intent(in) :: body
     !> Degree of the functions of a grid along an axis, 0 for those of the elements.
     integer, intent(in) :: degree
-    !> Gains the points: local coordinates, volumes; boxes of no size.
+    !> The points are appended: local coordinates, volumes; boxes of zero size.
     type(seed_list_type), intent(inout) :: list
     type(polygon_list_type) :: whole, base, pieces
     real(wp) :: low(2), high(2), corner_low(2), corner_high(2)
@@ -60,7 +60,7 @@ contains
     end do
   end subroutine seed_outline_cells
 
-  !> Whether an edge of an outline may cross a box.
+  !> Whether an edge of an outline may intersect a box.
   pure logical function is_crossed(outline, low, high)
     !> (2,n)
     real(wp), intent(in) :: outline(:, :)
@@ -80,7 +80,8 @@ contains
     is_crossed = .false.
   end function is_crossed
 
-  !> Degree of the gradients of a cell's functions, in axisymmetry times the radius; at least two, for the stiffness.
+  !> Degree of the gradients of the functions of a cell, in axisymmetry times the radius; at least two, for the
+  !> stiffness.
   pure integer function rule_degree(mesh, cell, degree)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell
@@ -91,7 +92,7 @@ contains
     rule_degree = max(2, rule_degree + merge(1, 0, mesh%axisymmetric))
   end function rule_degree
 
-  !> Add the points of the pieces of a cell.
+  !> Adds the points of the pieces of a cell.
   pure subroutine add_pieces(mesh, cell, body, pieces, degree, list)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell and of the body.
@@ -117,14 +118,14 @@ contains
     end do
   end subroutine add_pieces
 
-  !> Add the points of the triangles from the centroid of a piece to its edges.
+  !> Adds the points of the triangles from the centroid of a piece to its edges.
   pure subroutine add_fan(mesh, cell, body, polygon, smallest, scale, places, weights, list)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
     !> (2,n)
     real(wp), intent(in) :: polygon(:, :)
-    !> Area of a triangle that is left out, and factor of all volumes.
+    !> Reference area for the omission of triangles, and factor of all volumes.
     real(wp), intent(in) :: smallest, scale
     !> Rule on the unit triangle (2,m), (m).
     real(wp), intent(in) :: places(:, :), weights(:)

@@ -1,8 +1,8 @@
-!> Surface points on the bounds of a body: the edges of its outline in the plane, its facets in 3D.
+!> Surface points on the bounds of a body: the edges of its outline in 2D, its facets in 3D.
 !>
-!> A box is wider than drawn by round-off, so that faces in its sides are in it; strips of the faces beside them are
-!> then in it too. Edges and facets of which the box holds no more than such a strip, or less than a millionth of the
-!> surface, are slivers and left out.
+!> A box is enlarged by round-off, so that it contains faces in its sides; it then also contains strips of the adjacent
+!> faces. Edges and facets of which the box contains no more than such a strip, or less than a millionth of the surface,
+!> are slivers and are omitted.
 module qsmpm_outline_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
@@ -17,33 +17,33 @@ module qsmpm_outline_seeding
 
   public :: seed_outline, bounds_of
 
-  !> Share of a surface below which a cut edge or facet is a sliver.
+  !> Fraction of a surface below which a clipped edge or facet is a sliver.
   real(wp), parameter :: sliver = 1.0e-6_wp
-  !> Width of a strip over the length by which the box is wider.
+  !> Width of a strip over the length by which the box is enlarged.
   real(wp), parameter :: strip = 4.0_wp
-  !> What is cut is smaller than it was by more than rounding.
+  !> Ratio of clipped to initial size below which an edge or facet is regarded as clipped.
   real(wp), parameter :: is_cut = 1.0_wp - 1.0e-12_wp
 
 contains
 
-  !> Surface points on what of the bounds of a body is in a box.
+  !> Adds surface points on the bounds of a body inside a box.
   pure subroutine seed_outline(mesh, occupied, shape, box, slack, degree, surface, list, left_out)
     type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material of the body (cell_count).
+    !> Cells that contain material of the body (cell_count).
     logical, intent(in) :: occupied(:)
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
     !> Lower and upper corner (3,2).
     real(wp), intent(in) :: box(3, 2)
-    !> Length by which the box is wider than drawn.
+    !> Length by which the box is enlarged.
     real(wp), intent(in) :: slack
-    !> Degree of the functions over the bounds, for which the rules are exact.
+    !> Degree of the functions over the bounds that the rules integrate exactly.
     integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
     !> Seeds; `volume` is the area, `vector` the outward area vector.
     type(seed_list_type), intent(inout) :: list
-    !> Length or area of the slivers that were left out, strips of the width of the slack not counted.
+    !> Length or area of the omitted slivers, without strips of the width of the slack.
     real(wp), intent(out) :: left_out
     type(polyhedron_type) :: solid
     real(wp) :: segment(4, size_of_outline(shape)), length(size(segment, 2)), whole
@@ -75,7 +75,7 @@ contains
     end do
   end subroutine seed_outline
 
-  !> Edges of an outline, 0 where there is none.
+  !> Number of edges of an outline, 0 if there is none.
   pure integer function size_of_outline(shape)
     type(body_shape_type), intent(in) :: shape
 
@@ -83,12 +83,12 @@ contains
     if (allocated(shape%outline)) size_of_outline = size(shape%outline, 2)
   end function size_of_outline
 
-  !> Leave out facets of which a box holds a sliver.
+  !> Removes facets of which a box contains only a sliver.
   pure subroutine drop_slivers(box, slack, solid, left_out)
-    !> Lower and upper corner (3,2), and the length by which the box is wider than drawn.
+    !> Lower and upper corner (3,2), and length by which the box is enlarged.
     real(wp), intent(in) :: box(3, 2), slack
     type(polyhedron_type), intent(inout) :: solid
-    !> Area of what is left out.
+    !> Area of the removed facets.
     real(wp), intent(out) :: left_out
     real(wp) :: origins(3, 6), normals(3, 6), snap(6), polygon(3, most_corners), area(size(solid%facets, 3)), &
       thin(size(area))
@@ -116,8 +116,8 @@ contains
     call make_polyhedron(kept, solid)
   end subroutine drop_slivers
 
-  !> All facets of a body: those of its polyhedron, or of the prism over its outline. A prism that goes
-  !> through all of z has walls only.
+  !> Returns all facets of a body: those of its polyhedron, or of the prism over its outline. A prism that extends over
+  !> all of z has walls only.
   pure subroutine bounds_of(mesh, shape, solid)
     type(mesh_type), intent(in) :: mesh
     !> Bounds of the body.
@@ -142,13 +142,13 @@ contains
     call make_polyhedron(reshape([caps, walls], [3, 3, n + size(walls, 3)]), solid)
   end subroutine bounds_of
 
-  !> The part of a segment in a box.
+  !> Clips a segment by a box.
   pure subroutine cut_segment(box, segment, inside)
-    !> Lower and upper corner; the third component is not looked at (3,2).
+    !> Lower and upper corner; the third component is ignored (3,2).
     real(wp), intent(in) :: box(3, 2)
     !> x1, y1, x2, y2.
     real(wp), intent(inout) :: segment(4)
-    !> False when there is none.
+    !> False if no part is in the box.
     logical, intent(out) :: inside
     real(wp) :: from, to, start(2), along(2)
     integer :: a

@@ -1,17 +1,17 @@
-!> The weight above a place: the integral of the unit weight of the bodies along the vertical line through it.
+!> Overburden at a point: the integral of the unit weight of the bodies along the vertical line above it.
 !>
 !>   W(x) = integral of gamma from x upwards = sum over the pieces of the line of gamma (top - bottom)
 !>
-!> where gamma is that of saturated soil below the water level of the body; water that stands above the highest body
-!> of the line, by the level of that body, weighs gamma_w.
+!> where gamma is that of saturated soil below the water level of the body; water above the highest body of the line, up
+!> to the level of this body, weighs gamma_w.
 !>
-!> The pieces end where the line crosses the bounds of a body: its outline, its facets, or the faces of the cells
-!> it fills, so the integral is that of the drawing, whatever the points and cells are. A gap of the line below the
-!> level of the ground (soil that is not modelled, or has been dug out) weighs like the body below it. Bounds of
-!> cells with curved faces are taken through their corners.
+!> The pieces end where the line crosses the bounds of a body: its outline, its facets, or the faces of the cells it
+!> fills. The integral is thus that of the initial geometry, independent of points and cells. A gap of the line below
+!> the level of the ground surface (soil that is not modelled or has been excavated) has the weight of the body below
+!> it. Bounds of cells with curved faces are taken through their corners.
 !>
-!> Structures, walls and linings that stand in ground at rest, do not carry it: what lies in their shadow is taken to be
-!> what lies at the same height beside them.
+!> Structures (walls and linings in soil at rest) do not carry the soil: for points on a vertical line through a
+!> structure the overburden is taken from the same height next to the structure.
 module qsmpm_overburden
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: face_count, face_corners
@@ -27,46 +27,46 @@ module qsmpm_overburden
   public :: overburden_type, make_overburden, weight_above, ground_top, ground_over, body_holds, facet_places, &
     find_beside
 
-  !> Bodies as vertical lines see them.
+  !> Geometry and weights of the bodies.
   type :: overburden_type
-    !> Coordinate along the vertical.
+    !> Axis of the vertical.
     integer :: axis = 2
-    !> Sense of upwards along it, 1 or -1.
+    !> Upward direction along it, 1 or -1.
     real(wp) :: up = 1.0_wp
-    !> Bounds of each body, turned so that the vertical comes last and grows upwards (bodies).
+    !> Bounds of each body, with axes permuted so that the vertical is the last one and points upwards (bodies).
     type(polyhedron_type), allocatable :: solid(:)
     !> Unit weight of each body above and below its water level, and the levels (bodies).
     real(wp), allocatable :: unit_weight(:), saturated_weight(:)
     type(water_table_type), allocatable :: water(:)
-    !> Unit weights above water that differ from place to place, by the number of the body as their parameter; water
-    !> adds what it adds to the other ones.
+    !> Non-uniform unit weights above water, with the number of the body as their parameter; below water they increase
+    !> by the same difference as the uniform weights.
     type(value_field_type), allocatable :: weights(:)
     !> Structures (bodies).
     logical, allocatable :: structure(:)
   end type overburden_type
 
-  !> Places of a piece of a vertical line at which a weight that varies is taken.
+  !> Number of points on a piece of a vertical line at which a non-uniform weight is evaluated.
   integer, parameter :: slices = 32
-  !> How far beside a structure ground is looked at, as a share of its width.
+  !> Distance from a structure at which the soil is examined, as a fraction of its width.
   real(wp), parameter :: gap = 1.0e-6_wp
 
 contains
 
-  !> Bodies as seen along an axis.
+  !> Sets up the bodies for vertical lines along an axis.
   pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden, saturated_weight, water, there, up)
     type(mesh_type), intent(in) :: mesh
     !> Bounds and unit weight of each body.
     type(body_shape_type), intent(in) :: shapes(:)
     real(wp), intent(in) :: unit_weight(:)
-    !> Coordinate along the vertical.
+    !> Axis of the vertical.
     integer, intent(in) :: axis
     type(overburden_type), intent(out) :: overburden
-    !> Unit weight of each body below its water level, and the levels; without them the ground is dry.
+    !> Unit weight of each body below its water level, and the levels; when absent the soil is dry.
     real(wp), intent(in), optional :: saturated_weight(:)
     type(water_table_type), intent(in), optional :: water(:)
-    !> Bodies that are there (bodies); all when absent.
+    !> Active bodies (bodies); all when absent.
     logical, intent(in), optional :: there(:)
-    !> Sense of upwards, 1 when absent.
+    !> Upward direction, 1 when absent.
     real(wp), intent(in), optional :: up
     real(wp), allocatable :: facets(:, :, :)
     integer :: b
@@ -93,7 +93,7 @@ contains
     end do
   end subroutine make_overburden
 
-  !> Order of the coordinates in which the vertical, upwards, comes last and right-handed axes stay so.
+  !> Permutation of the coordinates with the upward vertical last, which keeps the axes right-handed.
   pure function turned(overburden) result(order)
     type(overburden_type), intent(in) :: overburden
     integer :: order(3)
@@ -104,7 +104,7 @@ contains
     if (overburden%up < 0.0_wp) order(:2) = order([2, 1])
   end function turned
 
-  !> A place with the vertical, upwards, last.
+  !> Position in permuted axes, with the upward vertical last.
   pure function turned_place(overburden, position) result(x)
     type(overburden_type), intent(in) :: overburden
     !> (dimension)
@@ -117,7 +117,7 @@ contains
     x(3) = overburden%up*x(3)
   end function turned_place
 
-  !> A place with the vertical where it was: the way back.
+  !> Position in the original axes, the inverse of `turned_place`.
   pure function place_of_turned(overburden, x, dimension) result(position)
     type(overburden_type), intent(in) :: overburden
     real(wp), intent(in) :: x(3)
@@ -128,14 +128,14 @@ contains
     position = place(:dimension)
   end function place_of_turned
 
-  !> The nearest place of the same height on a line that no structure stands on, and the body there: the place itself
-  !> where no structure is in the way, or everywhere.
+  !> Returns the nearest position of the same height on a vertical line without a structure, and the body there; the
+  !> given position if its line crosses no structure, or if there is no such line.
   pure subroutine find_beside(overburden, body, position, beside, place)
     type(overburden_type), intent(in) :: overburden
-    !> The body that holds the place, and the place (dimension).
+    !> The body that contains the position, and the position (dimension).
     integer, intent(in) :: body
     real(wp), intent(in) :: position(:)
-    !> Body, 0 for none, and place (dimension).
+    !> Body, 0 for none, and position (dimension).
     integer, intent(out) :: beside
     real(wp), intent(out) :: place(:)
     real(wp) :: x(3), y(3), there(3), nearest
@@ -168,10 +168,10 @@ contains
     beside = findloc([(body_holds(overburden, s, place), s=1, size(overburden%solid))], .true., dim=1)
   end subroutine find_beside
 
-  !> Bodies whose box the vertical line through a place goes through (bodies).
+  !> Whether the vertical line through a point crosses the box of each body (bodies).
   pure function stands_on(overburden, x) result(stands)
     type(overburden_type), intent(in) :: overburden
-    !> The vertical last.
+    !> Point with the vertical last.
     real(wp), intent(in) :: x(3)
     logical :: stands(size(overburden%solid))
     integer :: b
@@ -179,7 +179,7 @@ contains
     stands = [(all(x(:2) > overburden%solid(b)%low(:2) .and. x(:2) < overburden%solid(b)%high(:2)), b=1, size(stands))]
   end function stands_on
 
-  !> Facets of a body; one in the plane reaches from z = -1 to z = 1.
+  !> Returns the facets of a body; a 2D body extends from z = -1 to z = 1.
   pure subroutine bounds_of(mesh, shape, facets)
     type(mesh_type), intent(in) :: mesh
     type(body_shape_type), intent(in) :: shape
@@ -205,7 +205,7 @@ contains
     end if
   end subroutine bounds_of
 
-  !> Facets of the faces that bound the cells of a body.
+  !> Returns the facets of the faces that bound the cells of a body.
   pure subroutine faces_of_cells(mesh, shape, facets)
     type(mesh_type), intent(in) :: mesh
     type(body_shape_type), intent(in) :: shape
@@ -227,7 +227,7 @@ contains
           associate (corners => mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c) - 1 &
               + face_corners(mesh%cell_kind(c), f))))
             if (mesh%dimension == 2) then
-              ! An outline of two corners has two walls: that of the edge and, behind it, the way back.
+              ! An outline of two corners has two walls: that of the edge, and then that of the reverse edge.
               if (pass == 2) call prism_walls(corners, -1.0_wp, 1.0_wp, walls)
               if (pass == 2) facets(:, :, n + 1:n + 2) = walls(:, :, :2)
               n = n + 2
@@ -244,13 +244,13 @@ contains
     end do
   end subroutine faces_of_cells
 
-  !> Integral of the unit weight along the vertical from a place in a body upwards.
+  !> Integral of the unit weight along the vertical from a point in a body upwards.
   pure real(wp) function weight_above(overburden, body, position, level) result(weight)
     type(overburden_type), intent(in) :: overburden
-    !> The body that holds the place, and the place (dimension).
+    !> The body that contains the point, and the point (dimension).
     integer, intent(in) :: body
     real(wp), intent(in) :: position(:)
-    !> Coordinate of the level of the ground: gaps below it weigh as much as what is under them.
+    !> Coordinate of the ground surface: gaps below it have the weight of the body under them.
     real(wp), intent(in) :: level
     real(wp), allocatable :: z(:)
     integer, allocatable :: owner(:)
@@ -266,7 +266,7 @@ contains
     above = body
     filled = 1
     do i = 1, size(z)
-      ! All of it has weight in a body, in a gap what is below the level.
+      ! A piece in a body has its full weight; a piece in a gap only below the level.
       weight = weight + piece_weight(overburden, above, position, last, merge(z(i), min(z(i), surface), filled > 0))
       last = z(i)
       filled = filled + merge(-1, 1, looks_up(i))
@@ -277,13 +277,13 @@ contains
       *max(0.0_wp, overburden%up*level_at(overburden%water(above), position) - max(last, surface))
   end function weight_above
 
-  !> Weight of a piece of a vertical line in a body, 0 where it ends below its beginning.
+  !> Weight of a piece of a vertical line in a body, 0 if its end is below its start.
   pure real(wp) function piece_weight(overburden, body, position, from, to) result(weight)
     type(overburden_type), intent(in) :: overburden
     integer, intent(in) :: body
-    !> A place on the line (dimension).
+    !> A point on the line (dimension).
     real(wp), intent(in) :: position(:)
-    !> Heights, upwards.
+    !> Heights, positive upwards.
     real(wp), intent(in) :: from, to
     real(wp) :: wet
 
@@ -293,13 +293,13 @@ contains
     weight = weight + (overburden%saturated_weight(body) - overburden%unit_weight(body))*wet
   end function piece_weight
 
-  !> Mean unit weight above water of a piece of a vertical line, by the middles of its slices.
+  !> Mean unit weight above water of a piece of a vertical line, evaluated at the midpoints of its slices.
   pure real(wp) function mean_weight(overburden, body, position, from, to) result(weight)
     type(overburden_type), intent(in) :: overburden
     integer, intent(in) :: body
-    !> A place on the line (dimension).
+    !> A point on the line (dimension).
     real(wp), intent(in) :: position(:)
-    !> Heights, upwards.
+    !> Heights, positive upwards.
     real(wp), intent(in) :: from, to
     real(wp) :: place(size(position))
     integer :: i
@@ -314,12 +314,12 @@ contains
     end do
   end function mean_weight
 
-  !> Crossings of the vertical line above a place with the bounds of all bodies, upwards.
+  !> Returns the crossings of the vertical line above a point with the bounds of all bodies, upwards.
   pure subroutine crossings_above(overburden, x, z, looks_up, owner)
     type(overburden_type), intent(in) :: overburden
-    !> The place, the vertical last.
+    !> Point with the vertical last.
     real(wp), intent(in) :: x(3)
-    !> Heights, whether the body is below, and which body.
+    !> Heights, whether the body is below the crossing, and number of the body.
     real(wp), allocatable, intent(out) :: z(:)
     logical, allocatable, intent(out) :: looks_up(:)
     integer, allocatable, intent(out) :: owner(:)
@@ -340,8 +340,8 @@ contains
     end do
   end subroutine crossings_above
 
-  !> Coordinate of the highest place of the bodies on the vertical line through a place; far below all where there is
-  !> none.
+  !> Coordinate of the highest point of the bodies on the vertical line through a point; far below all bodies if there
+  !> is none.
   pure real(wp) function ground_over(overburden, position) result(height)
     type(overburden_type), intent(in) :: overburden
     !> (dimension)
@@ -357,7 +357,7 @@ contains
     height = overburden%up*maxval(z)
   end function ground_over
 
-  !> Whether a body holds a place.
+  !> Whether a body contains a point.
   pure logical function body_holds(overburden, body, position) result(holds)
     type(overburden_type), intent(in) :: overburden
     integer, intent(in) :: body
@@ -367,11 +367,11 @@ contains
     holds = polyhedron_contains(overburden%solid(body), turned_place(overburden, position))
   end function body_holds
 
-  !> Places all over the bounds of a body, a hair outside.
+  !> Returns points distributed over the bounds of a body, slightly outside it.
   pure subroutine facet_places(overburden, body, hair, places)
     type(overburden_type), intent(in) :: overburden
     integer, intent(in) :: body
-    !> How far outside.
+    !> Distance outside the body.
     real(wp), intent(in) :: hair
     !> (3, n)
     real(wp), allocatable, intent(out) :: places(:, :)
@@ -397,7 +397,7 @@ contains
     end associate
   end subroutine facet_places
 
-  !> Coordinate of the highest place of the bodies.
+  !> Coordinate of the highest point of the bodies that are not structures.
   pure real(wp) function ground_top(overburden)
     type(overburden_type), intent(in) :: overburden
 

@@ -1,8 +1,8 @@
-!> A growing list of the pieces of a body in the sub-cells of a cell, and the merging of small ones.
+!> Growing list of the pieces of a body in the sub-cells of a cell, and merging of small pieces.
 !>
-!> Where the points of a piece of a body lie, and the boxes they stand for.
+!> The module also determines the material points of a piece, and the boxes that they represent.
 !>
-!> One point keeps the first moment of a piece; four (in space four or eight) keep its second moments too.
+!> One point preserves the first moment of a piece; four (in 3D four or eight) also preserve its second moments.
 module qsmpm_piece_list
   use qsmpm_kinds, only: wp, pi
   use qsmpm_element, only: local_centre, inside_distance, max_faces
@@ -17,13 +17,13 @@ module qsmpm_piece_list
 
   !> A piece.
   type :: piece_type
-    !> Area in the plane, volume in 3D.
+    !> Area in 2D, volume in 3D.
     real(wp) :: measure
-    !> Centroid and extents along the axes; the third is 0 in the plane.
+    !> Centroid and extents along the axes; the third is 0 in 2D.
     real(wp) :: centroid(3), extent(3)
     !> Mean of (x - c)(x - c)' over the piece, c its centroid.
     real(wp) :: second(3, 3)
-    !> Sub-cell, each number from 1 to n.
+    !> Position of the sub-cell, from 1 to n.
     integer :: place(3)
   end type piece_type
 
@@ -33,15 +33,15 @@ module qsmpm_piece_list
     type(piece_type), allocatable :: items(:)
   end type piece_list_type
 
-  !> Deviation from the box of the extents of a piece, and from a root of zero, that is rounding.
+  !> Tolerances: deviation of a piece from the box of its extents, and of a root from zero.
   real(wp), parameter :: nothing = 1.0e-9_wp, rounding = 1.0e-12_wp
-  !> Points of a piece that leave its cell are turned so often at most, then drawn together by this factor.
+  !> Points of a piece outside its cell: largest number of rotations, then of contractions, and factor of a contraction.
   integer, parameter :: most_turns = 200, most_drawn = 20
   real(wp), parameter :: drawn_together = 0.8_wp
 
 contains
 
-  !> Append a piece.
+  !> Appends a piece.
   pure subroutine add_piece(list, piece)
     type(piece_list_type), intent(inout) :: list
     type(piece_type), intent(in) :: piece
@@ -52,11 +52,11 @@ contains
     list%items(list%count) = piece
   end subroutine add_piece
 
-  !> Give every piece below a measure to the largest piece around it: volume, first and second moment stay.
+  !> Merges every piece below a measure into the largest piece near it; volume, first and second moment are preserved.
   pure subroutine merge_small_pieces(pieces, smallest)
-    !> The pieces; the last one stays however small it is.
+    !> The pieces; the last one is kept even if it is small.
     type(piece_list_type), intent(inout) :: pieces
-    !> Smallest measure a piece of its own may have.
+    !> Smallest measure of a separate piece.
     real(wp), intent(in) :: smallest
     integer :: i, k, n, target
     logical :: near, best_near
@@ -83,7 +83,7 @@ contains
     end do
   end subroutine merge_small_pieces
 
-  !> Add one piece to another.
+  !> Merges a piece into another.
   pure subroutine merge_into(piece, target)
     type(piece_type), intent(in) :: piece
     type(piece_type), intent(inout) :: target
@@ -103,10 +103,11 @@ contains
     target%measure = total
   end subroutine merge_into
 
-  !> The points of a piece. One is at its centroid, with a box of its proportions and measure. More hold its first and
-  !> second moments: c + L s with L L' the mean of (x - c)(x - c)', s the corners of a square, a tetrahedron or a cube,
-  !> of mean s s' = 1. In a convex plane piece they lie inside, for it contains the ellipse |L^-1 (x - c)| = sqrt 2
-  !> (Kannan, Lovasz and Simonovits 1995); elsewhere they are turned until they lie in the cell.
+  !> Returns the points of a piece. A single point is at the centroid, with a box of the proportions and the measure of
+  !> the piece. Several points preserve its first and second moments: c + L s with L L' the mean of (x - c)(x - c)', s
+  !> the corners of a square, a tetrahedron or a cube, with mean s s' = 1. In a convex plane piece they are inside,
+  !> because it contains the ellipse |L^-1 (x - c)| = sqrt 2 (Kannan, Lovasz and Simonovits 1995); otherwise they are
+  !> rotated until they are in the cell.
   pure subroutine points_of_piece(mesh, cell, piece, pattern, d, x, half)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -115,7 +116,7 @@ contains
     type(pattern_type), intent(in) :: pattern
     !> 2 for a plane piece, 3.
     integer, intent(in) :: d
-    !> Places and half lengths of boxes (d, n).
+    !> Positions and half lengths of boxes (d, n).
     real(wp), allocatable, intent(out) :: x(:, :), half(:, :)
     integer, parameter :: tetrahedron(3, 4) = reshape([1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1], [3, 4])
     integer, parameter :: cube(3, 8) = reshape([-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, &
@@ -125,7 +126,7 @@ contains
     integer :: i, n, trial, corner(3)
 
     n = pattern%spread
-    ! One that fills the box of its extents.
+    ! A piece that fills the box of its extents.
     if (pattern%boxes_whole .and. abs(piece%measure/product(piece%extent(:d)) - 1.0_wp) <= nothing) n = 1
     allocate (x(d, n), half(d, n))
     root = root_of(piece%second(:d, :d))
@@ -155,19 +156,19 @@ contains
   pure function half_of_box(extent, measure) result(half)
     !> Lengths of a box (dimension).
     real(wp), intent(in) :: extent(:)
-    !> Area in the plane, volume in 3D.
+    !> Area in 2D, volume in 3D.
     real(wp), intent(in) :: measure
     real(wp) :: half(size(extent))
 
     half = 0.5_wp*extent*(measure/product(extent))**(1.0_wp/size(extent))
   end function half_of_box
 
-  !> Half lengths shortened so that the box does not leave the cell, as the piece it stands for does not.
+  !> Half lengths shortened so that the box stays in the cell, as the piece does.
   pure function inside_cell(mesh, cell, centroid, half) result(shorter)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> Middle of the box, in the cell (dimension).
+    !> Centre of the box, in the cell (dimension).
     real(wp), intent(in) :: centroid(:)
     !> Half lengths (dimension).
     real(wp), intent(in) :: half(:)
@@ -183,12 +184,12 @@ contains
     end associate
   end function inside_cell
 
-  !> Whether a place is in a cell, and its local coordinates.
+  !> Determines whether a point is in a cell, and its local coordinates.
   pure subroutine find_inside(mesh, cell, x, local, inside)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> Place (dimension).
+    !> Coordinates of the point (dimension).
     real(wp), intent(in) :: x(:)
     !> Local coordinates (dimension).
     real(wp), intent(out) :: local(:)
@@ -202,7 +203,7 @@ contains
     inside = inside .and. all(distance >= 0.0_wp)
   end subroutine find_inside
 
-  !> Lower triangular root of a symmetric matrix that is positive but for rounding.
+  !> Lower triangular root of a matrix that is symmetric and, except for round-off, positive semi-definite.
   pure function root_of(matrix) result(root)
     !> (n,n)
     real(wp), intent(in) :: matrix(:, :)
@@ -219,9 +220,9 @@ contains
     end do
   end function root_of
 
-  !> A vector turned by the k-th of rotations that are spread evenly over all (0: as it is). In space: unit
-  !> quaternions of uniform density (Shoemake 1992) at the points k (a, a^2, a^3) modulo 1, 1/a the root of
-  !> x^4 = x + 1; in the plane by k a turns.
+  !> Vector rotated by the k-th of a sequence of evenly distributed rotations (0: identity). In 3D: unit quaternions of
+  !> uniform density (Shoemake 1992) at the points k (a, a^2, a^3) modulo 1, 1/a the root of x^4 = x + 1; in 2D by k a
+  !> turns.
   pure function turned(vector, k)
     !> The vector (2 or 3).
     real(wp), intent(in) :: vector(:)

@@ -1,4 +1,4 @@
-!> Finding the material point nearest to a place, by bins of equal size around all points.
+!> Search for the material point nearest to a position, by bins of equal size around all points.
 module qsmpm_point_bins
   use qsmpm_kinds, only: wp
   use qsmpm_sorting, only: list_by_key
@@ -7,20 +7,20 @@ module qsmpm_point_bins
 
   public :: point_bins_type, make_bins, nearest_in_bins
 
-  !> Points sorted into bins: point(first(k) : first(k+1)-1), k counted along x, then y, then z.
+  !> Points sorted into bins: point(first(k) : first(k+1)-1), with k numbered along x, then y, then z.
   type :: point_bins_type
-    !> Corner of the first bin (3), edge of all of them.
+    !> Corner of the first bin (3), edge length of all bins.
     real(wp) :: origin(3) = 0.0_wp, edge = 1.0_wp
-    !> Bins a direction.
+    !> Number of bins per direction.
     integer :: counts(3) = 1
     integer, allocatable :: first(:), point(:)
   end type point_bins_type
 
 contains
 
-  !> Sort points into bins of about two points each.
+  !> Sorts points into bins of about two points each.
   pure subroutine make_bins(positions, bins)
-    !> Places (dimension, n), n at least 1.
+    !> Positions (dimension, n), n at least 1.
     real(wp), intent(in) :: positions(:, :)
     type(point_bins_type), intent(out) :: bins
     real(wp) :: extent(size(positions, 1))
@@ -37,10 +37,10 @@ contains
       bins%point)
   end subroutine make_bins
 
-  !> Bin of a place, the nearest one for a place beside all bins.
+  !> Bin of a position; the nearest bin for a position outside all bins.
   pure function bin_at(bins, x) result(at)
     type(point_bins_type), intent(in) :: bins
-    !> Place (dimension).
+    !> Position (dimension).
     real(wp), intent(in) :: x(:)
     integer :: at(3)
     real(wp) :: share(3)
@@ -54,18 +54,18 @@ contains
   !> Number of a bin.
   pure integer function number_of(bins, at) result(k)
     type(point_bins_type), intent(in) :: bins
-    !> Place of the bin in each direction (3).
+    !> Index of the bin in each direction (3).
     integer, intent(in) :: at(3)
 
     k = at(1) + bins%counts(1)*(at(2) - 1 + bins%counts(2)*(at(3) - 1))
   end function number_of
 
-  !> The nearest point; of several at the same distance the one with the lowest number.
+  !> Nearest point; of several at the same distance the one with the lowest number.
   pure integer function nearest_in_bins(bins, positions, x) result(nearest)
     type(point_bins_type), intent(in) :: bins
-    !> Places of the points (dimension, n).
+    !> Positions of the points (dimension, n).
     real(wp), intent(in) :: positions(:, :)
-    !> Place (dimension).
+    !> Position (dimension).
     real(wp), intent(in) :: x(:)
     real(wp) :: least
     integer :: centre(3), low(3), high(3), ring, i, j, k
@@ -74,7 +74,7 @@ contains
     nearest = 0
     least = huge(1.0_wp)
     do ring = 0, maxval(bins%counts)
-      ! Bins of this ring are at least ring - 1 edges away.
+      ! Bins of this ring are at least ring - 1 edge lengths away.
       if (nearest > 0 .and. sqrt(least) < (ring - 1)*bins%edge) exit
       low = max(centre - ring, 1)
       high = min(centre + ring, bins%counts)
@@ -89,10 +89,10 @@ contains
     end do
   end function nearest_in_bins
 
-  !> Compare with the points of a bin.
+  !> Compares with the points of a bin.
   pure subroutine look_into(bins, positions, x, bin, nearest, least)
     type(point_bins_type), intent(in) :: bins
-    !> Places of the points (dimension, n) and the place (dimension).
+    !> Positions of the points (dimension, n), and the given position (dimension).
     real(wp), intent(in) :: positions(:, :), x(:)
     !> Number of the bin.
     integer, intent(in) :: bin

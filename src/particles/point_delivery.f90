@@ -1,7 +1,7 @@
-!> Material points and surface points that go from process to process of a team with all that they carry. A point goes
-!> wherever its sender says, to several processes or to none; what comes in stands in the order of the numbers of the
-!> points, so that sums over them do not depend on who sent them. Most points stay where they are: those are copied
-!> once, and only the others are packed.
+!> Transfer of material points and surface points with all their fields between the processes of a team. The sender
+!> determines the destinations of a point, several processes or none. The received points are sorted by number, so that
+!> sums over them do not depend on the sender. Most points remain on their process: these are copied once, and only the
+!> others are packed.
 module qsmpm_point_delivery
   use qsmpm_kinds, only: wp, long
   use qsmpm_field_list, only: field_list_type, field_type
@@ -16,15 +16,15 @@ module qsmpm_point_delivery
 
 contains
 
-  !> Send material points or surface points and get those that others send.
+  !> Sends material points or surface points and receives those that others send.
   subroutine deliver_points(team, points, goes, like, got)
     type(team_type), intent(in) :: team
     class(carried_type), intent(in), target :: points
     !> Whether a point goes to a rank (ranks, points).
     logical, intent(in) :: goes(:, :)
-    !> A point that carries what all of them do: a process may have none.
+    !> A set with the same fields on all processes, because a process may have no points.
     class(carried_type), intent(in), target :: like
-    !> What has come, sorted by number.
+    !> Resulting points, sorted by number.
     class(carried_type), intent(inout), target :: got
     class(carried_type), allocatable, target :: come
     real(wp), allocatable :: reals(:)
@@ -38,17 +38,17 @@ contains
     call unpack_points(reals, longs, like, come)
     deallocate (reals, longs)
     order = number_order([points%number(stay), come%number])
-    ! What a process without points does not carry, it carries from now on.
+    ! A process without points stores the same fields as the others from now on.
     call allocate_like(like, size(order), got)
     call gather_points(stay, come, order)
 
   contains
 
-    !> Send what points carry and get what others send.
+    !> Sends the fields of points and receives those that others send.
     subroutine exchange(stay, their_reals, their_longs, count)
-      !> Points that go to the process itself.
+      !> Points that remain on this process.
       integer, allocatable, intent(out) :: stay(:)
-      !> Numbers of those of others, as `pack_points` lays them, and how many points they are of.
+      !> Values of the points of others, in the order of `pack_points`, and number of these points.
       real(wp), allocatable, intent(out) :: their_reals(:)
       integer(long), allocatable, intent(out) :: their_longs(:)
       integer, intent(out) :: count
@@ -72,7 +72,7 @@ contains
       count = size(their_longs)/longs_each
     end subroutine exchange
 
-    !> The numbers of points, rank after rank, point after point.
+    !> Packs the values of points, rank by rank, point by point.
     subroutine pack_points(goes, reals, longs)
       !> (ranks, points)
       logical, intent(in) :: goes(:, :)
@@ -108,12 +108,12 @@ contains
       end do
     end subroutine pack_points
 
-    !> Points that stay and those that have come, in one order.
+    !> Combines the points that remain and the received ones in one order.
     subroutine gather_points(stay, come, order)
-      !> Those of the points that stay.
+      !> Points that remain.
       integer, intent(in) :: stay(:)
       class(carried_type), intent(in), target :: come
-      !> Places in both together, those that stay first.
+      !> Positions in both sets together, those that remain first.
       integer, intent(in) :: order(:)
       type(field_list_type) :: here, others, carried, whole
       integer :: i, k
@@ -135,7 +135,7 @@ contains
     end subroutine gather_points
   end subroutine deliver_points
 
-  !> Reals and whole numbers that a point carries.
+  !> Counts the reals and integers of a point.
   subroutine count_numbers(like, reals, longs)
     class(carried_type), intent(in), target :: like
     integer, intent(out) :: reals, longs
@@ -154,7 +154,7 @@ contains
     end do
   end subroutine count_numbers
 
-  !> The same back into points.
+  !> Unpacks values into points.
   subroutine unpack_points(reals, longs, like, points)
     real(wp), intent(in) :: reals(:)
     integer(long), intent(in) :: longs(:)
@@ -185,15 +185,15 @@ contains
     end do
   end subroutine unpack_points
 
-  !> What points carry in reals, in two sums of their bits: the same whoever has the points and in whatever order,
-  !> another one where a bit differs. Sums of the numbers themselves would differ by rounding.
+  !> Fingerprint of the real values of points, in two sums of their bits: it does not depend on the processes or the
+  !> order of the points, and changes if a bit changes. Sums of the numbers themselves would differ by round-off.
   function fingerprint(team, points, chosen) result(sums)
     type(team_type), intent(in) :: team
     class(carried_type), intent(in), target :: points
-    !> Which of them count (points).
+    !> Points that are included (points).
     logical, intent(in) :: chosen(:)
     integer(long) :: sums(2)
-    !> Leaves room for the sum over many processes.
+    !> Leaves a margin for the sum over many processes.
     integer(long), parameter :: modulus = 2_long**40
     type(field_list_type) :: list
     integer(long) :: bits
@@ -217,14 +217,14 @@ contains
     sums = mod([total(team, sums(1)), total(team, sums(2))], modulus)
   end function fingerprint
 
-  !> Bring points into the order of their numbers.
+  !> Sorts points by their numbers.
   subroutine sort_by_number(points)
     class(carried_type), intent(inout) :: points
 
     call keep_chosen(points, number_order(points%number))
   end subroutine sort_by_number
 
-  !> Order of numbers.
+  !> Permutation that sorts the numbers.
   pure function number_order(numbers) result(order)
     integer(long), intent(in) :: numbers(:)
     integer :: order(size(numbers))

@@ -1,11 +1,10 @@
-!> Point location (paper, sections 3.1 and 3.3): which cell owns which point, which cells are active,
-!> and which of the active cells are full or lie at the boundary of the material.
+!> Point location (paper, sections 3.1 and 3.3): which cell owns which point, which cells are active, and which of the
+!> active cells are full or at the boundary of the material.
 !>
-!> A cell is active when it owns a point or a part of a body, never because a shape function reaches into it. An active
-!> cell belongs to the *boundary* when a cell sharing a corner with it is inactive or its fill is
-!> below 0.6; it is *full* when no such neighbour is inactive and its fill is above 0.4. The outside
-!> of the mesh does not count as inactive: there the fixities speak, and where nothing is held the fill
-!> must be above 0.8. Constants:
+!> A cell is active if it owns a point or a part of a body, never because a shape function extends into it. An active
+!> cell belongs to the *boundary* if a cell that shares a corner with it is inactive or its fill is below 0.6; it is
+!> *full* if no such neighbour is inactive and its fill is above 0.4. The outside of the mesh does not count as
+!> inactive, because the fixities apply there; at a boundary that is not fixed the fill must be above 0.8. Constants:
 !> docs/methods/cell_integration.md and ghost.md.
 module qsmpm_point_location
   use qsmpm_kinds, only: wp
@@ -19,46 +18,48 @@ module qsmpm_point_location
 
   public :: activation_type, sort_points, add_active, classify_cells, relocate
 
-  !> Fill below which an active cell needs stabilising, and above which it may be integrated whole.
+  !> Fill below which an active cell needs stabilisation, and above which it may be integrated as a full cell.
   real(wp), parameter, public :: boundary_fill = 0.6_wp
   real(wp), parameter :: full_fill = 0.4_wp
-  !> Fill from which a cell holds the functions of its own nodes whatever is beside it.
+  !> Fill above which a cell controls the functions of its own nodes, independent of its neighbours.
   real(wp), parameter, public :: whole_fill = 0.95_wp
-  !> The same for a cell with a free face on the outside of the mesh: there the body may end inside of it
-  !> without an inactive neighbour that would tell.
+  !> As `full_fill`, for a cell with a free face on the outside of the mesh: there the body may end inside the cell
+  !> without an inactive neighbour.
   real(wp), parameter :: edge_fill = 0.8_wp
-  !> A point beyond the mesh by more than this share of the cell size is lost; by less it stays where
-  !> it is and belongs to the cell at the wall, whose functions are extended to it.
+  !> A point outside the mesh by more than this fraction of the cell size has left the mesh; otherwise it keeps its
+  !> position and belongs to the cell at the wall, whose functions are extrapolated to it.
   real(wp), parameter :: wall_tolerance = 0.2_wp
-  !> Places from which finding them again is worth waking the threads.
+  !> Smallest number of points that are located by several threads.
   integer, parameter :: fewest_places = 10000
 
-  !> What point location finds.
+  !> Result of the point location.
   type :: activation_type
-    !> Active cells whose points are here, and with those whose points are on other processes of a team.
+    !> Number of active cells with points of this process, and number including those with points of other processes.
     integer :: active_count = 0, known_count = 0
-    !> Active cells in rising order, those of others behind (known_count), and the reverse: 0 for an inactive cell.
+    !> Active cells in ascending order, then those of other processes (known_count); the inverse, 0 for an inactive
+    !> cell.
     integer, allocatable :: active_cell(:), active_number(:)
-    !> Points of active cell k: point(first(k) : first(k+1)-1), sorted by material, then number; none of one of others.
+    !> Points of active cell k: point(first(k) : first(k+1)-1), sorted by material, then number; none for other
+    !> processes.
     integer, allocatable :: first(:), point(:)
-    !> Share of the cell's volume that its points hold (known_count).
+    !> Volume of the points in a cell as a fraction of the cell volume (known_count).
     real(wp), allocatable :: fill(:)
     logical, allocatable :: boundary(:), full(:)
-    !> Cells whose functions take part in the equations: the active ones, and those that the domain of
-    !> a point reaches into (cell_count).
+    !> Cells whose functions take part in the equations: the active cells, and those that the domain of a point extends
+    !> into (cell_count).
     logical, allocatable :: touched(:)
   end type activation_type
 
 contains
 
-  !> Sort points into cells, and find how full these are.
+  !> Sorts points into cells, and computes the fill of these cells.
   pure subroutine sort_points(mesh, cell_volume, points, activation, occupied)
     type(mesh_type), intent(in) :: mesh
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: cell_volume(:)
     type(points_type), intent(in) :: points
     type(activation_type), intent(out) :: activation
-    !> Cells that are active without a point, for they hold a part of a body (cell_count); none when absent.
+    !> Cells that are active without a point because they contain a part of a body (cell_count); none when absent.
     logical, intent(in), optional :: occupied(:)
     integer :: k, c, p
 
@@ -75,9 +76,9 @@ contains
     end do
   end subroutine sort_points
 
-  !> Add active cells whose points are on other processes.
+  !> Adds active cells whose points are on other processes.
   pure subroutine add_active(cells, fill, activation)
-    !> Their numbers, and how full they are (cells).
+    !> Their numbers, and their fill (cells).
     integer, intent(in) :: cells(:)
     real(wp), intent(in) :: fill(:)
     type(activation_type), intent(inout) :: activation
@@ -90,7 +91,7 @@ contains
     activation%known_count = size(activation%active_cell)
   end subroutine add_active
 
-  !> Tell which active cells are full and which lie at the boundary of the material.
+  !> Determines which active cells are full and which are at the boundary of the material.
   pure subroutine classify_cells(mesh, activation, open_edge)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(inout) :: activation
@@ -113,7 +114,7 @@ contains
     end do
   end subroutine classify_cells
 
-  !> Counting sort of the points by cell, then material.
+  !> Sorts the points by cell, then material (counting sort).
   pure subroutine sort_by_cell(cell_count, points, activation, occupied)
     !> Number of cells.
     integer, intent(in) :: cell_count
@@ -155,18 +156,18 @@ contains
     end do
   end subroutine sort_by_cell
 
-  !> Find the owner cells again after a move or a change of the mesh.
+  !> Determines the owner cells again after a displacement or a change of the mesh.
   subroutine relocate(mesh, cell_size, carried, name, error, chosen)
     type(mesh_type), intent(in) :: mesh
     !> Typical cell size [length].
     real(wp), intent(in) :: cell_size
-    !> What rides on the mesh.
+    !> Set that moves with the material.
     class(carried_type), intent(inout) :: carried
-    !> What is carried, for the message.
+    !> Name of the set for the error message.
     character(len=*), intent(in) :: name
-    !> error_left_mesh, naming the point.
+    !> error_left_mesh, with the number of the point.
     type(error_type), allocatable, intent(out) :: error
-    !> Which of them; all when absent.
+    !> Members of the set that are located; all when absent.
     logical, intent(in), optional :: chosen(:)
     real(wp) :: low(3), high(3)
     character(len=*), parameter :: axes = 'xyz'
@@ -197,7 +198,7 @@ contains
     call fail(error, error_left_mesh, trim(text))
   end subroutine relocate
 
-  !> Find the owner cell of one place and the local coordinates in it; false when it has left the mesh.
+  !> Determines the owner cell of one point and its local coordinates; false if it has left the mesh.
   logical function is_found(mesh, cell_size, low, high, carried, p) result(found)
     type(mesh_type), intent(in) :: mesh
     !> Typical cell size [length].
@@ -205,9 +206,9 @@ contains
     !> Corners of the mesh (dimension).
     real(wp), intent(in) :: low(:)
     real(wp), intent(in) :: high(:)
-    !> What rides on the mesh.
+    !> Set that moves with the material.
     class(carried_type), intent(inout) :: carried
-    !> The place.
+    !> Number of the point in the set.
     integer, intent(in) :: p
     real(wp) :: clamped(3), beyond
     integer :: d

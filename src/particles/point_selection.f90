@@ -1,5 +1,5 @@
-!> Some of the points of a set as a set of their own, and two sets as one: points whose body comes or goes change from
-!> one set to another with all that they carry.
+!> Selection of some points of a set as a separate set, and union of two sets: points whose body is activated or removed
+!> are moved from one set to another with all their fields.
 module qsmpm_point_selection
   use qsmpm_field_list, only: field_list_type, field_type
   use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_points, allocate_surface_points, &
@@ -11,9 +11,9 @@ module qsmpm_point_selection
 
 contains
 
-  !> Some of a set by their numbers; one may be taken more than once.
+  !> Selects points of a set by their numbers; a point may be selected more than once.
   subroutine select_points(from, chosen, to)
-    !> Material points or surface points, both the same.
+    !> Material points or surface points, both of the same type.
     class(carried_type), intent(in) :: from
     integer, intent(in) :: chosen(:)
     class(carried_type), intent(inout) :: to
@@ -22,7 +22,7 @@ contains
     call copy_columns(from, chosen, 0, to)
   end subroutine select_points
 
-  !> Keep some points of a set, in the order that is given.
+  !> Keeps some points of a set, in the given order.
   subroutine keep_chosen(carried, chosen)
     class(carried_type), intent(inout) :: carried
     integer, intent(in) :: chosen(:)
@@ -32,7 +32,7 @@ contains
     call select_points(all, chosen, carried)
   end subroutine keep_chosen
 
-  !> Put points behind others.
+  !> Appends points to others.
   subroutine append_points(more, points)
     class(carried_type), intent(in) :: more
     class(carried_type), intent(inout) :: points
@@ -46,7 +46,7 @@ contains
     call copy_columns(more, [(i, i=1, more%count)], before%count, points)
   end subroutine append_points
 
-  !> Move some points of a set behind those of another.
+  !> Moves some points of a set to the end of another.
   subroutine move_points(chosen, from, to)
     logical, intent(in) :: chosen(:)
     class(carried_type), intent(inout) :: from, to
@@ -60,7 +60,7 @@ contains
     call append_points(going, to)
   end subroutine move_points
 
-  !> Room for points that carry what others do.
+  !> Allocates points with the same fields as others.
   subroutine allocate_like(like, count, points)
     class(carried_type), intent(in) :: like
     integer, intent(in) :: count
@@ -81,7 +81,7 @@ contains
     end select
   end subroutine allocate_like
 
-  !> Copy the fields of some points to those behind a place.
+  !> Copies the fields of some points to the positions after `before`.
   subroutine copy_columns(from, chosen, before, to)
     class(carried_type), intent(in), target :: from
     integer, intent(in) :: chosen(:), before
@@ -99,10 +99,10 @@ contains
     end do
   end subroutine copy_columns
 
-  !> What one point carries of a field.
+  !> Copies the values of one point of a field.
   pure subroutine copy_column(from, column, place, to)
     type(field_type), intent(in) :: from
-    !> Which of its points, and where it goes.
+    !> Number of the point, and its new position.
     integer, intent(in) :: column, place
     type(field_type), intent(inout) :: to
 

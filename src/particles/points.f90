@@ -1,16 +1,15 @@
-!> Everything that rides on the mesh: material points, surface points and tracers, as structures of
-!> arrays.
+!> Sets of points that move with the material: material points, surface points and tracers, as structures of arrays.
 !>
-!> A *carried* set has positions, an owner cell each and local coordinates in it; it is moved by the
-!> displacement of the step and found again after the mesh is reset (paper, section 3.3).
-!> Material points carry the state of the continuum; surface points carry tractions; tracers carry
-!> nothing and only record where a place of the body has gone.
+!> A *carried* set has positions, an owner cell for each and local coordinates in it. It is moved by the displacement of
+!> the step and located again after the mesh is reset (paper, section 3.3). Material points have the state of the
+!> continuum; surface points have tractions; tracers have no state and only record the motion of a point of the body.
 !>
-!> The arrays are named for those who compute with them. Whoever treats all fields alike loops over `list_fields`
-!> (qsmpm_field_list): a new field is its declaration, its line there and its room in `allocate_*`, all here.
+!> The arrays have names for the procedures that compute with them. Procedures that treat all fields alike loop over
+!> `list_fields` (qsmpm_field_list): a new field needs its declaration, a line there and its allocation in `allocate_*`,
+!> all here.
 !>
-!> Fields of the material points that are made from those they carry: the way they have gone, strains where the
-!> deformation is carried, and the total stress where pore pressures are.
+!> Derived fields of the material points: their displacement, strains if the deformation is stored, and the total stress
+!> if pore pressures are stored.
 module qsmpm_points
   use qsmpm_kinds, only: wp, long
   use qsmpm_field_list, only: field_list_type, kind_number, kind_amount, kind_position, kind_vector, kind_tensor, &
@@ -24,10 +23,11 @@ module qsmpm_points
     allocate_points, allocate_surface_points, allocate_watched, copy_points, start_strains, carries_strains, &
     reset_strains, start_water, carries_water, carry_as, set_normals, list_made_fields, nearest_point
 
-  !> Places that move with the material.
+  !> Points that move with the material.
   type :: carried_type
     integer :: count = 0
-    !> Number that a place keeps as long as it is there, whatever place in the arrays it has; unique in its set (count).
+    !> Number of a point, constant as long as it exists, independent of its position in the arrays; unique in its set
+    !> (count).
     integer(long), allocatable :: number(:)
     !> Current and initial position (dimension, count).
     real(wp), allocatable :: position(:, :), initial_position(:, :)
@@ -36,7 +36,7 @@ module qsmpm_points
     !> Owner cell (count).
     integer, allocatable :: cell(:)
   contains
-    !> Add the fields to a list; it is good as long as the object, a target, lives.
+    !> Adds the fields to a list, which is valid as long as the object, a target, exists.
     procedure :: list_fields => list_carried
   end type carried_type
 
@@ -44,28 +44,28 @@ module qsmpm_points
   type, extends(carried_type) :: points_type
     !> Body and material number, and foot under the point (0 for none; qsmpm_inactive_points) (count).
     integer, allocatable :: body(:), material(:), foot(:)
-    !> Volume now and at the start (per radian in axisymmetry), and weight per unit gravity; the
-    !> weight is kept: eq. 29 with a constant density would lose it. It runs to its value over the phase from that at
-    !> the start, which is another one where the body comes or gets another material.
+    !> Current and initial volume (per radian in axisymmetry), and weight per unit gravity. The weight is stored,
+    !> because eq. 29 with a constant density would not conserve it. It reaches its value at the end of the phase, from
+    !> another one at the start if the body is activated or its material is changed.
     real(wp), allocatable :: volume(:), initial_volume(:), weight(:), start_weight(:)
     !> Cauchy stress, 11,22,33,12[,13,23] (4 or 6, count).
     real(wp), allocatable :: stress(:, :)
     !> State of the law (largest state_count of all laws, count).
     real(wp), allocatable :: state(:, :)
-    !> 1 where the point yielded in the last step.
+    !> 1 if the point yielded in the last step.
     integer, allocatable :: plastic(:)
-    !> Half lengths along the axes of the box a point stood for at the start (dimension, count): half
-    !> the piece of a regular pattern, else shaped like its cell with its volume. Never changed.
+    !> Half lengths along the axes of the box that a point initially represents (dimension, count): half the piece of a
+    !> regular pattern, otherwise a box with the shape of the cell and the volume of the point. Never changed.
     real(wp), allocatable :: half_size(:, :)
-    !> Total deformation gradient, packed; no columns unless domains need it (5 or 9, count or 0).
+    !> Total deformation gradient, packed; no columns unless domains require it (5 or 9, count or 0).
     real(wp), allocatable :: deformation_gradient(:, :)
     !> Left Cauchy-Green tensor of the total deformation in stress order, and accumulated plastic shear strain
-    !> (qsmpm_isotropic_function); no columns unless results ask for strains (4 or 6, count or 0), (count or 0).
+    !> (qsmpm_isotropic_function); no columns unless results require strains (4 or 6, count or 0), (count or 0).
     real(wp), allocatable :: left_cauchy_green(:, :), plastic_strain(:)
-    !> Pressure of the water in the pores, compression positive: of water at rest below a level, and with the excess
-    !> that undrained laws carry; none where no scene has water (count or 0).
+    !> Pore water pressure, compression positive: hydrostatic below a water level, and including the excess pressure of
+    !> undrained laws; empty if the model has no water (count or 0).
     real(wp), allocatable :: steady_pore_pressure(:), pore_pressure(:)
-    !> As models of users are given it: excess in the pore pressure, filled share of the pores (2, count or 0).
+    !> Values passed to user-defined models: excess part of the pore pressure, degree of saturation (2, count or 0).
     real(wp), allocatable :: pore_state(:, :)
   contains
     procedure :: list_fields => list_points
@@ -76,26 +76,26 @@ module qsmpm_points
     !> Surface number, body and foot (0 for none), and undeformed area (per radian in axisymmetry) of each.
     integer, allocatable :: surface(:), body(:), foot(:)
     real(wp), allocatable :: area(:)
-    !> Outward unit normal times present area (dimension, count).
+    !> Outward unit normal times current area (dimension, count).
     real(wp), allocatable :: area_vector(:, :)
-    !> Unit normal when the support of the surface began (dimension, count); the place then is the
+    !> Unit normal at the start of the support of the surface (dimension, count); the position at that time is the
     !> initial position.
     real(wp), allocatable :: normal(:, :)
-    !> Force of the support on the body after the last step, and the one that a support which this phase has freed or
-    !> changed exerted before: it falls to zero over the phase (dimension, count).
+    !> Force of the support on the body after the last step, and previous force of a support that this phase removes or
+    !> changes, which decreases to zero over the phase (dimension, count).
     real(wp), allocatable :: reaction(:, :), released(:, :)
-    !> Pressure and shear traction of a rigid body on the soil after the last step, per area of its end
+    !> Pressure and shear traction of a rigid body on the soil after the last step, per area at the end of the step
     !> (count), (dimension, count).
     real(wp), allocatable :: contact_pressure(:), contact_shear(:, :)
-    !> How far the soil has slid along the body since they touched (dimension, count).
+    !> Slip of the soil along the body since contact began (dimension, count).
     real(wp), allocatable :: contact_slip(:, :)
   contains
     procedure :: list_fields => list_surface_points
   end type surface_points_type
 
-  !> Places on the faces of prescribed node sets that ride with the material (qsmpm_pushed_material).
+  !> Points on the faces of prescribed node sets that move with the material (qsmpm_pushed_material).
   type, extends(carried_type) :: watched_points_type
-    !> Node set and prescribed component of each, and the displacement prescribed so far (count).
+    !> Node set and prescribed component of each, and accumulated prescribed displacement (count).
     integer, allocatable :: set(:), component(:)
     real(wp), allocatable :: pushed(:)
   contains
@@ -104,7 +104,7 @@ module qsmpm_points
 
 contains
 
-  !> Fields of every carried set.
+  !> Lists the fields of every carried set.
   subroutine list_carried(self, list)
     class(carried_type), intent(in), target :: self
     type(field_list_type), intent(inout) :: list
@@ -117,7 +117,7 @@ contains
     call list%add('number', kind_internal, numbers=self%number)
   end subroutine list_carried
 
-  !> Fields of the material points.
+  !> Lists the fields of the material points.
   subroutine list_points(self, list)
     class(points_type), intent(in), target :: self
     type(field_list_type), intent(inout) :: list
@@ -149,7 +149,7 @@ contains
     call list%add('pore_state', kind_internal, table=self%pore_state)
   end subroutine list_points
 
-  !> Fields of the surface points.
+  !> Lists the fields of the surface points.
   subroutine list_surface_points(self, list)
     class(surface_points_type), intent(in), target :: self
     type(field_list_type), intent(inout) :: list
@@ -168,7 +168,7 @@ contains
     call list%add('contact_slip', kind_vector, unit=unit_length, table=self%contact_slip)
   end subroutine list_surface_points
 
-  !> Fields of the watched places.
+  !> Lists the fields of the watched points.
   subroutine list_watched(self, list)
     class(watched_points_type), intent(in), target :: self
     type(field_list_type), intent(inout) :: list
@@ -179,7 +179,7 @@ contains
     call list%add('pushed', kind_number, unit=unit_length, row=self%pushed)
   end subroutine list_watched
 
-  !> Position of one as three coordinates, the third 0 in the plane.
+  !> Position of a point as three coordinates, the third 0 in 2D.
   pure function place_of(carried, number) result(place)
     class(carried_type), intent(in) :: carried
     integer, intent(in) :: number
@@ -189,10 +189,10 @@ contains
     place(:size(carried%position, 1)) = carried%position(:, number)
   end function place_of
 
-  !> Material point nearest to a place, of a body (0 when it has none) or of all; the first of equally near ones.
+  !> Material point nearest to a position, of one body (0 if it has none) or of all; the first of equally near ones.
   pure integer function nearest_point(points, x, body) result(nearest)
     type(points_type), intent(in) :: points
-    !> Place (dimension).
+    !> Position (dimension).
     real(wp), intent(in) :: x(:)
     integer, intent(in), optional :: body
     real(wp) :: distance, least
@@ -211,13 +211,13 @@ contains
     end do
   end function nearest_point
 
-  !> Allocate the arrays of a carried set; its places are numbered as they stand.
+  !> Allocates the arrays of a carried set; its points are numbered in their order.
   pure subroutine allocate_carried(carried, dimension, count)
-    !> What rides on the mesh.
+    !> Set that moves with the material.
     class(carried_type), intent(inout) :: carried
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> Number of places.
+    !> Number of points.
     integer, intent(in) :: count
     integer :: i
 
@@ -228,7 +228,7 @@ contains
     allocate (carried%number(count), source=[(int(i, long), i=1, count)])
   end subroutine allocate_carried
 
-  !> Allocate material points, unstressed and undeformed.
+  !> Allocates material points, unstressed and undeformed.
   pure subroutine allocate_points(points, dimension, count, stress_components, state_count)
     type(points_type), intent(out) :: points
     !> 2 or 3.
@@ -237,7 +237,7 @@ contains
     integer, intent(in) :: count
     !> 4 or 6.
     integer, intent(in) :: stress_components
-    !> State variables a point.
+    !> Number of state variables per point.
     integer, intent(in) :: state_count
 
     call allocate_carried(points, dimension, count)
@@ -252,7 +252,7 @@ contains
       points%pore_pressure(0), points%pore_state(2, 0), source=0.0_wp)
   end subroutine allocate_points
 
-  !> Carry strains from now on, none yet.
+  !> Allocates the strains, initially zero.
   pure subroutine start_strains(points)
     type(points_type), intent(inout) :: points
 
@@ -261,14 +261,14 @@ contains
     call reset_strains(points)
   end subroutine start_strains
 
-  !> Whether strains are carried.
+  !> Whether strains are stored.
   pure logical function carries_strains(points)
     type(points_type), intent(in) :: points
 
     carries_strains = size(points%plastic_strain) > 0
   end function carries_strains
 
-  !> Set the strains to zero where they are carried; the arrays stay where they are in memory.
+  !> Sets the strains to zero if they are stored; the arrays are not reallocated.
   pure subroutine reset_strains(points)
     type(points_type), intent(inout) :: points
 
@@ -277,7 +277,7 @@ contains
     points%left_cauchy_green(1:3, :) = 1.0_wp
   end subroutine reset_strains
 
-  !> Carry pore pressures from now on, none yet.
+  !> Allocates the pore pressures, initially zero.
   pure subroutine start_water(points)
     type(points_type), intent(inout) :: points
 
@@ -286,14 +286,14 @@ contains
     allocate (points%pore_state(2, points%count), source=spread([0.0_wp, 1.0_wp], 2, points%count))
   end subroutine start_water
 
-  !> Whether pore pressures are carried.
+  !> Whether pore pressures are stored.
   pure logical function carries_water(points)
     type(points_type), intent(in) :: points
 
     carries_water = size(points%pore_pressure) > 0
   end function carries_water
 
-  !> Carry what other points carry.
+  !> Allocates the optional fields that other points have.
   pure subroutine carry_as(points, like)
     type(points_type), intent(inout) :: points
     type(points_type), intent(in) :: like
@@ -302,8 +302,8 @@ contains
     if (carries_water(like)) call start_water(points)
   end subroutine carry_as
 
-  !> Copy material points: arrays of the same size stay where they are in memory, which an assignment of the whole
-  !> does not promise.
+  !> Copies material points. Arrays of the same size are not reallocated, which an assignment of the whole object does
+  !> not guarantee.
   subroutine copy_points(from, to)
     type(points_type), intent(in), target :: from
     type(points_type), intent(inout), target :: to
@@ -323,7 +323,7 @@ contains
     end if
   end subroutine copy_points
 
-  !> Copy the values of fields to fields of the same sizes.
+  !> Copies the values of fields to fields of the same sizes.
   subroutine copy_fields(from, to)
     type(field_list_type), intent(in) :: from
     type(field_list_type), intent(inout) :: to
@@ -336,7 +336,7 @@ contains
     end do
   end subroutine copy_fields
 
-  !> Allocate surface points of no area.
+  !> Allocates surface points of zero area.
   pure subroutine allocate_surface_points(surface, dimension, count)
     type(surface_points_type), intent(out) :: surface
     !> 2 or 3.
@@ -352,12 +352,12 @@ contains
       surface%contact_shear(dimension, count), surface%contact_slip(dimension, count), source=0.0_wp)
   end subroutine allocate_surface_points
 
-  !> Allocate watched places of no set.
+  !> Allocates watched points without a set.
   pure subroutine allocate_watched(watched, dimension, count)
     type(watched_points_type), intent(out) :: watched
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> Number of places.
+    !> Number of points.
     integer, intent(in) :: count
 
     call allocate_carried(watched, dimension, count)
@@ -365,10 +365,10 @@ contains
     allocate (watched%pushed(count), source=0.0_wp)
   end subroutine allocate_watched
 
-  !> Take the present place and normal of surface points for those at which their support begins.
+  !> Sets initial position and normal of surface points to the current ones, for the start of their support.
   pure subroutine set_normals(surface, chosen)
     type(surface_points_type), intent(inout) :: surface
-    !> Which of them (count).
+    !> Points that are set (count).
     logical, intent(in) :: chosen(:)
     integer :: i
 
@@ -380,7 +380,7 @@ contains
     end do
   end subroutine set_normals
 
-  !> Add displacement, strains and total stress; what is not carried has no columns.
+  !> Adds displacement, strains and total stress; fields that are not stored have no columns.
   subroutine list_made_fields(points, list)
     type(points_type), intent(in) :: points
     type(field_list_type), intent(inout) :: list

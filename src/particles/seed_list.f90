@@ -1,4 +1,4 @@
-!> A growing list of seeds: the places where material points and surface points start.
+!> Growing list of seeds: initial positions of material points and surface points.
 module qsmpm_seed_list
   use qsmpm_kinds, only: wp
   implicit none
@@ -6,25 +6,25 @@ module qsmpm_seed_list
 
   public :: seed_list_type, add_seed
 
-  !> Growing list of seeds; the first `count` are used.
+  !> List of seeds; the first `count` are used.
   type :: seed_list_type
     integer :: count = 0
-    !> Cell that is looked at.
+    !> Cell that is being searched.
     integer :: searched = 0
-    !> Owner cell, number of the body or surface, and the cell that was looked at: the owner or one beside it (count).
+    !> Owner cell, number of the body or surface, and the searched cell: the owner or a neighbour of it (count).
     integer, allocatable :: cell(:), body(:), found_in(:)
     !> Local coordinates in the cell (dimension, count).
     real(wp), allocatable :: local(:, :)
     !> Volume of a material point, area of a surface point; per radian in axisymmetry (count).
     real(wp), allocatable :: volume(:)
-    !> Half lengths of the box a material point stands for; area vector of a surface point, outward
-    !> and as long as its area (dimension, count).
+    !> Half lengths of the box that a material point represents; outward area vector of a surface point, with its area
+    !> as length (dimension, count).
     real(wp), allocatable :: vector(:, :)
   end type seed_list_type
 
 contains
 
-  !> Append one seed.
+  !> Appends one seed.
   pure subroutine add_seed(list, cell, body, local, volume, vector)
     type(seed_list_type), intent(inout) :: list
     !> Owner cell.
@@ -48,7 +48,7 @@ contains
     list%vector(:, list%count) = vector
   end subroutine add_seed
 
-  !> Room for one more seed.
+  !> Extends the arrays for one more seed if required.
   pure subroutine make_room(list, dimension)
     type(seed_list_type), intent(inout) :: list
     !> 2 or 3.

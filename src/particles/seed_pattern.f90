@@ -1,4 +1,4 @@
-!> The pattern of points of an element kind, and how a cell that a body cuts is divided for them.
+!> Pattern of the material points of an element kind, and division of a cell that a body cuts.
 module qsmpm_seed_pattern
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -10,51 +10,51 @@ module qsmpm_seed_pattern
 
   public :: pattern_type, choose_pattern, choose_sub_cells, layers_of, face_kind
 
-  !> Where the points of a whole cell lie: in the middles of equal pieces; at Gauss points; at those of
-  !> FEM, whose default number is that of the full rule and which knows no cut cells.
+  !> Positions of the points of a whole cell: centroids of equal parts; Gauss points; Gauss points of FEM, whose default
+  !> number is that of the full rule and which does not support cut cells.
   integer, parameter, public :: seed_even = 1, seed_gauss = 2, seed_fem = 3
 
-  !> Difference of local coordinates that is rounding.
+  !> Tolerance of local coordinates for round-off.
   real(wp), parameter :: rounding = 1.0e-12_wp
 
   !> Pattern of an element kind.
   type :: pattern_type
-    !> Element kind it is for.
+    !> Element kind.
     integer :: kind = 0
     !> Local coordinates (dimension, n).
     real(wp), allocatable :: places(:, :)
     !> Weights (n).
     real(wp), allocatable :: weights(:)
-    !> Gauss points: the middles of equal sub-cells are not among them.
+    !> Gauss points, which are not the centroids of equal sub-cells.
     logical :: gauss = .false.
     !> Degree of the functions of a grid, 0 for those of the elements.
     integer :: degree = 0
-    !> Sub-cells a side of the base of a cut cell, and layers of them.
+    !> Sub-cells per side of the base of a cut cell, and number of layers.
     integer :: sub_cells = 1, layers = 1
-    !> Points of a piece: 1 keeps its first moment, more keep the second moments.
+    !> Points per piece: 1 preserves its first moment, more points also the second moments.
     integer :: spread = 1
-    !> Pieces that are boxes along the axes get one point none the less.
+    !> Pieces that are boxes along the axes nevertheless get one point.
     logical :: boxes_whole = .true.
-    !> Points of a spread piece have boxes of their own: a mean over a box adds nothing to the moments of functions that
-    !> are linear along the axes.
+    !> Each of several points of a piece has its own box: a mean over a box adds nothing to the moments of functions
+    !> that are linear along the axes.
     logical :: has_boxes = .false.
   end type pattern_type
 
 contains
 
-  !> The pattern of an element kind.
+  !> Sets up the pattern of an element kind.
   pure subroutine choose_pattern(kind, count, places, degree, pattern, error)
     !> Element kind.
     integer, intent(in) :: kind
-    !> Points of an element, 0 for the default.
+    !> Points per element, 0 for the default.
     integer, intent(in) :: count
     !> seed_even, seed_gauss or seed_fem.
     integer, intent(in) :: places
     !> Degree of the functions of a grid, 0 for those of the elements.
     integer, intent(in) :: degree
-    !> In: the pattern of the cell before.
+    !> In: the pattern of the previous cell.
     type(pattern_type), intent(inout) :: pattern
-    !> A number of points the element does not know.
+    !> Set if the number of points is not supported by the element.
     type(error_type), allocatable, intent(out) :: error
 
     if (kind == pattern%kind) return
@@ -69,15 +69,16 @@ contains
     end if
   end subroutine choose_pattern
 
-  !> Sub-cells of a cut cell and points of their pieces. The gradients of TRI3, TRI6, TET4, TET10, WEDGE6, QUAD4 and
-  !> of GIMP are linear along every line in a cell or, over boxes, bilinear: first moments do. Those of the others
-  !> have quadratic terms, splines along an axis too; a box along the axes is averaged over exactly.
+  !> Chooses the sub-cells of a cut cell and the points per piece. The gradients of TRI3, TRI6, TET4, TET10, WEDGE6,
+  !> QUAD4 and of GIMP are linear along every line in a cell or, over boxes, bilinear: first moments suffice. Those of
+  !> the other elements have quadratic terms, as have splines along an axis; averages over a box along the axes are
+  !> exact.
   pure subroutine choose_sub_cells(kind, count, pattern)
     !> Element kind, or that of a face.
     integer, intent(in) :: kind
     !> Points of a full cell, or of a layer of it.
     integer, intent(in) :: count
-    !> Its degree and places are set.
+    !> Its degree and positions are set.
     type(pattern_type), intent(inout) :: pattern
 
     pattern%spread = 1
@@ -105,9 +106,9 @@ contains
     end select
   end subroutine choose_sub_cells
 
-  !> Every piece is spread.
+  !> Sets several points for every piece.
   pure subroutine spread_all(sub_cells, layers, spread, pattern)
-    !> Sub-cells a side of the base, layers, and points of a piece.
+    !> Sub-cells per side of the base, layers, and points per piece.
     integer, intent(in) :: sub_cells, layers, spread
     type(pattern_type), intent(inout) :: pattern
 
@@ -117,7 +118,7 @@ contains
     pattern%boxes_whole = .false.
   end subroutine spread_all
 
-  !> Layers of a pattern of a wedge: points in a column.
+  !> Number of layers of a wedge pattern: points in a column.
   pure integer function layers_of(places) result(layers)
     !> Local coordinates (3,n).
     real(wp), intent(in) :: places(:, :)
@@ -126,7 +127,7 @@ contains
     layers = count([(all(abs(places(:2, k) - places(:2, 1)) <= rounding), k=1, size(places, 2))])
   end function layers_of
 
-  !> Plane element that is the face of a wedge or brick.
+  !> Plane element kind of the base of a wedge or of a face of a brick.
   pure integer function face_kind(kind)
     !> Kind of the wedge or brick.
     integer, intent(in) :: kind

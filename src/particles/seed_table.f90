@@ -1,9 +1,9 @@
-!> What of every body lies in every cell as bodies are seeded: how many points, and what volume. A process that keeps
-!> some of the seeds knows of the others by this.
+!> Table of the number and the volume of the seed points of every body in every cell. A process that keeps only some of
+!> the seeds obtains the data of the others from it.
 !>
-!> Numbers of seeds that the processes of a team find together: each process finds those near it, in the order of their
-!> keys; a seed belongs to one process, and the seeds of one key to the same one. The numbers are those that one process
-!> gives, which finds all of them.
+!> The module also numbers seeds that the processes of a team find together. Each process finds those near it, in the
+!> order of their keys; a seed belongs to one process, and the seeds of one key to the same one. The numbers are those
+!> of a single process that finds all seeds.
 module qsmpm_seed_table
   use qsmpm_kinds, only: wp, long
   use qsmpm_seed_list, only: seed_list_type
@@ -15,14 +15,14 @@ module qsmpm_seed_table
   public :: seed_table_type, start_table, add_to_table, join_counts, held_by, holds_any, number_seeds, number_jointly
 
   type :: seed_table_type
-    !> Points, and their volume (cells, bodies).
+    !> Number of points, and their volume (cells, bodies).
     integer, allocatable :: points(:, :)
     real(wp), allocatable :: volume(:, :)
   end type seed_table_type
 
 contains
 
-  !> A table without points.
+  !> Allocates a table without points.
   pure subroutine start_table(table, cells, bodies)
     type(seed_table_type), intent(out) :: table
     integer, intent(in) :: cells, bodies
@@ -31,10 +31,10 @@ contains
     allocate (table%volume(cells, bodies), source=0.0_wp)
   end subroutine start_table
 
-  !> Add seeds.
+  !> Adds seeds.
   pure subroutine add_to_table(list, first, table)
     type(seed_list_type), intent(in) :: list
-    !> The first of them in the list.
+    !> First of them in the list.
     integer, intent(in) :: first
     type(seed_table_type), intent(inout) :: table
     integer :: p
@@ -47,11 +47,11 @@ contains
     end do
   end subroutine add_to_table
 
-  !> Every process of a team has added what a body has in some of the cells; all get all of it.
+  !> Exchanges the table: every process of a team has added a body in some of the cells; all receive the whole table.
   subroutine join_counts(team, body, first, table)
     type(team_type), intent(in) :: team
     integer, intent(in) :: body
-    !> Where the cells of each begin, one behind the other (ranks + 1).
+    !> First cell of each process, one after the other (ranks + 1).
     integer, intent(in) :: first(:)
     type(seed_table_type), intent(inout) :: table
     integer(long), allocatable :: points(:)
@@ -70,7 +70,7 @@ contains
     table%volume(:, body) = volume
   end subroutine join_counts
 
-  !> Volume that some bodies hold of every cell.
+  !> Volume of the given bodies in every cell.
   pure function held_by(table, chosen) result(held)
     type(seed_table_type), intent(in) :: table
     !> (bodies)
@@ -84,7 +84,7 @@ contains
     end do
   end function held_by
 
-  !> Which cells hold points of some bodies.
+  !> Which cells contain points of the given bodies.
   pure function holds_any(table, chosen) result(holds)
     type(seed_table_type), intent(in) :: table
     !> (bodies)
@@ -98,7 +98,7 @@ contains
     end do
   end function holds_any
 
-  !> Numbers of seeds, whole cells of them, by their places among all: body after body, cell after cell.
+  !> Numbers of seeds of complete cells by their positions among all seeds: body by body, cell by cell.
   pure function number_seeds(table, list) result(numbers)
     type(seed_table_type), intent(in) :: table
     type(seed_list_type), intent(in) :: list
@@ -122,15 +122,15 @@ contains
     end do
   end function number_seeds
 
-  !> Number seeds; all processes at once.
+  !> Numbers seeds; a collective call of all processes.
   subroutine number_jointly(team, key, own, number, all_keys)
     type(team_type), intent(in) :: team
-    !> Rising; which of the seeds are this process's own (seeds).
+    !> Keys, ascending; which of the seeds are owned by this process (seeds).
     integer, intent(in) :: key(:, :)
     logical, intent(in) :: own(:)
-    !> 0 for a seed whose owner has not found it (seeds).
+    !> 0 for a seed that its owner has not found (seeds).
     integer(long), intent(out) :: number(:)
-    !> Keys of the seeds of all processes, rising, each once.
+    !> Keys of the seeds of all processes, ascending, without duplicates.
     integer, allocatable, intent(out) :: all_keys(:, :)
     integer(long), allocatable :: mine(:), got(:), found(:, :)
     integer(long) :: before
@@ -162,7 +162,7 @@ contains
     end do
   end subroutine number_jointly
 
-  !> Keys of own seeds, each followed by the number of its seeds.
+  !> Lists the keys of the owned seeds, each followed by the number of its seeds.
   pure subroutine list_keys(key, own, list)
     integer, intent(in) :: key(:, :)
     logical, intent(in) :: own(:)

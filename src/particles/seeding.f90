@@ -1,10 +1,10 @@
-!> Seeding bodies with material points, element by element (paper, section 3.1).
+!> Generation of the material points of bodies, element by element (paper, section 3.1).
 !>
-!> A cell wholly inside a body gets the pattern of its element: equal pieces as a rule, Gauss points for
-!> FEM and where a model asks for them (qsmpm_model_bodies). A cell that the body's boundary cuts is divided
-!> into sub-cells. Each piece of the body in a sub-cell gets a point at its centroid, so that volume and first moment
-!> of the body are kept cell by cell; where the gradients of the functions are not linear along every line in a cell,
-!> it gets points that keep its second moments too (docs/methods/bodies.md).
+!> A cell completely inside a body gets the pattern of its element: equal parts by default, Gauss points for FEM and if
+!> a model requests them (qsmpm_model_bodies). A cell that the boundary of the body cuts is divided into sub-cells. Each
+!> piece of the body in a sub-cell gets a point at its centroid, so that volume and first moment of the body are
+!> preserved in each cell. If the gradients of the functions are not linear along every line in a cell, a piece gets
+!> points that also preserve its second moments (docs/methods/bodies.md).
 module qsmpm_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: quad4, hex8, linear_kind
@@ -24,33 +24,33 @@ module qsmpm_seeding
 
   public :: body_shape_type, seed_list_type, seed_body, add_seed, seed_even, seed_gauss, seed_fem
 
-  !> Share of a cell below which it counts as empty; it counts as whole when as little is missing:
-  !> coordinates of a deck that miss a grid line by their last digits make no cut.
+  !> Fraction of a cell below which it is regarded as empty, and as full if no more is missing: coordinates of a deck
+  !> that differ from a grid line in their last digits do not cut a cell.
   real(wp), parameter :: nothing = 1.0e-9_wp
-  !> A piece below this share of a sub-cell is merged into a neighbour.
+  !> A piece below this fraction of a sub-cell is merged into a neighbour.
   real(wp), parameter :: smallest_piece = 1.0e-3_wp
-  !> Deviation from a parallelogram, as a share of the size of a cell, that is rounding.
+  !> Tolerance for the deviation from a parallelogram, as a fraction of the size of a cell.
   real(wp), parameter :: straight = 1.0e-12_wp
 
 contains
 
-  !> Add the points of one body.
+  !> Adds the points of one body.
   subroutine seed_body(mesh, shape, body, points_per_element, places, degree, list, error, cells)
     type(mesh_type), intent(in) :: mesh
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
     !> Number of the body.
     integer, intent(in) :: body
-    !> 0 asks for the element's default.
+    !> 0 requests the default of the element.
     integer, intent(in) :: points_per_element
     !> seed_even, seed_gauss or seed_fem.
     integer, intent(in) :: places
     !> Degree along an axis of the functions of a grid, 0 for those of the elements.
     integer, intent(in) :: degree
     type(seed_list_type), intent(inout) :: list
-    !> A number of points the element does not know, or a cut cell in FEM.
+    !> A number of points that the element does not support, or a cut cell in FEM.
     type(error_type), allocatable, intent(out) :: error
-    !> Cells that are looked at, in rising order; all unless given.
+    !> Cells to be searched, in ascending order; all when absent.
     integer, intent(in), optional :: cells(:)
     type(pattern_type) :: pattern
     type(polyhedron_type) :: solid
@@ -87,8 +87,8 @@ contains
     end do
   end subroutine seed_body
 
-  !> True when the places of the pattern are the centroids of what they stand for: not so for a
-  !> regular pattern in a plane quadrilateral or an upright brick that is no parallelogram.
+  !> Whether the points of the pattern are the centroids of the parts that they represent, which is not the case for a
+  !> regular pattern in a quadrilateral or an upright brick that is not a parallelogram.
   pure logical function pattern_fits(mesh, cell, pattern) result(fits)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
@@ -107,8 +107,8 @@ contains
       <= straight*maxval(maxval(base, dim=2) - minval(base, dim=2))
   end function pattern_fits
 
-  !> The whole pattern. One that is no Gauss rule does not integrate the Jacobian of a distorted element: its volumes
-  !> are scaled to the exact sum.
+  !> Adds the whole pattern. A pattern that is not a Gauss rule does not integrate the Jacobian of a distorted element:
+  !> its volumes are scaled to the exact sum.
   subroutine seed_cell(mesh, cell, body, pattern, list)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell and of the body.
@@ -128,7 +128,7 @@ contains
     end do
   end subroutine seed_cell
 
-  !> A point of a pattern: its box has the shape of the cell and the size of the point.
+  !> Adds a point of a pattern: its box has the shape of the cell and the volume of the point.
   subroutine add_point(mesh, cell, body, local, volume, list)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell and of the body.
@@ -151,16 +151,16 @@ contains
     call add_seed(list, cell, body, local, volume, half_of_box(extent, measure))
   end subroutine add_point
 
-  !> Points for every piece of the body in the sub-cells of a cell. A body that goes through all of z has the points of
-  !> its section in every layer: its displacement may be that of the section.
+  !> Adds points for every piece of the body in the sub-cells of a cell. A body that extends over all of z has the
+  !> points of its section in every layer, because its displacement may be that of the section.
   subroutine seed_pieces(mesh, shape, solid, cell, body, share, pattern, list)
     type(mesh_type), intent(in) :: mesh
-    !> Bounds of the body, and its polyhedron by `solid_of`.
+    !> Bounds of the body, and its polyhedron from `solid_of`.
     type(body_shape_type), intent(in) :: shape
     type(polyhedron_type), intent(in) :: solid
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
-    !> Share of the cell that the body occupies.
+    !> Fraction of the cell that the body occupies.
     real(wp), intent(in) :: share
     type(pattern_type), intent(in) :: pattern
     type(seed_list_type), intent(inout) :: list
@@ -184,7 +184,7 @@ contains
     end if
     call merge_small_pieces(pieces, smallest_piece*sum(pieces%items(:pieces%count)%measure) &
       /(share*section%sub_cells**2*section%layers))
-    ! Curved sides and faces: the pieces are those of straight ones.
+    ! The pieces are those of a cell with straight sides and faces; volumes are scaled to curved ones.
     ratio = share*volume_of(mesh, cell)/sum(pieces%items(:pieces%count)%measure &
       *merge(pieces%items(:pieces%count)%centroid(1), 1.0_wp, mesh%axisymmetric))
     if (layered) ratio = ratio/(limits(2) - limits(1))
@@ -199,14 +199,14 @@ contains
     end do
   end subroutine seed_pieces
 
-  !> Add points of equal measure.
+  !> Adds points of equal measure.
   subroutine add_points(mesh, cell, body, x, half, measure, list)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
-    !> Places and half lengths of boxes (dimension, n).
+    !> Positions and half lengths of boxes (dimension, n).
     real(wp), intent(in) :: x(:, :), half(:, :)
-    !> Area or volume of each.
+    !> Area or volume of each point.
     real(wp), intent(in) :: measure
     type(seed_list_type), intent(inout) :: list
     real(wp) :: local(mesh%dimension)
@@ -219,18 +219,18 @@ contains
     end do
   end subroutine add_points
 
-  !> Add points of the section of a prism in every layer of the pattern.
+  !> Adds the points of the section of a prism in every layer of the pattern.
   subroutine add_to_layers(mesh, cell, body, x, half, area, limits, pattern, list)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
-    !> Places and half lengths of boxes in the section (2, n).
+    !> Positions and half lengths of boxes in the section (2, n).
     real(wp), intent(in) :: x(:, :), half(:, :)
-    !> Area of each.
+    !> Area of each point.
     real(wp), intent(in) :: area
     !> Lower and upper end of the cell along z.
     real(wp), intent(in) :: limits(2)
-    !> The pattern: layer after layer.
+    !> The pattern, layer by layer.
     type(pattern_type), intent(in) :: pattern
     type(seed_list_type), intent(inout) :: list
     real(wp) :: height, place
@@ -249,10 +249,10 @@ contains
     end do
   end subroutine add_to_layers
 
-  !> The pieces of the body in the sub-cells of a cell.
+  !> Determines the pieces of the body in the sub-cells of a cell.
   pure subroutine find_pieces(mesh, shape, solid, cell, pattern, pieces)
     type(mesh_type), intent(in) :: mesh
-    !> Bounds of the body, and its polyhedron by `solid_of`.
+    !> Bounds of the body, and its polyhedron from `solid_of`.
     type(body_shape_type), intent(in) :: shape
     type(polyhedron_type), intent(in) :: solid
     !> Number of the cell.

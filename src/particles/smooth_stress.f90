@@ -1,25 +1,25 @@
-!> Smooth stresses by recovery over patches: around every corner node a polynomial is fitted to the stresses of the
-!> material points in the cells at that node, and between the nodes the polynomials are blended by the linear
-!> functions of the cell,
+!> Stress recovery over patches. Around every corner node a polynomial is fitted to the stresses of the material points
+!> in the cells at that node, and between the nodes the polynomials are interpolated by the linear functions of the
+!> cell,
 !>
 !>   sigma*(x) = sum_n N_n(x) sigma_n(x),   min over sigma_n of sum_p V_p |sigma_p - sigma_n(x_p)|^2
 !>
-!> (Zienkiewicz and Zhu 1992, who sample elements where their stresses are best; here the samples are the
-!> material points, weighted by volume). The polynomial is of the degree of the displacement, one above what its stress
-!> has, so that the recovered stress is an order better than the computed one; a patch that has fewer than two points a
-!> term takes a lower degree, 1 at the least. A stress that is such a polynomial comes back as it is.
-!> Beside it stands the stress of the neighbourhood, the root mean square of the norm over the patches, blended alike:
-!> what errors and tractions at a place are measured by. Points of different materials have nothing to do with each
-!> other. What is done with the fields: qsmpm_stress_error.
+!> (Zienkiewicz and Zhu 1992, who use the superconvergent points of the elements; here the samples are the material
+!> points, weighted by volume). The degree of the polynomial is that of the displacement, one above that of the computed
+!> stress, so that the recovered stress is one order more accurate; a patch with fewer than two points per term uses a
+!> lower degree, at least 1. A stress that is such a polynomial is reproduced exactly. In addition the stress level of
+!> the neighbourhood is computed, the root mean square of the stress norm over the patches, interpolated in the same
+!> way; errors and tractions are normalised by it. Points of different materials are fitted separately. The fields are
+!> used by qsmpm_stress_error.
 !>
-!> Least-squares polynomials over a patch of points: products of Legendre polynomials P_i(x) P_j(y) P_k(z) of total
-!> degree i + j + k up to 3, those of low degree first, in coordinates about the centre of the patch over its extent.
+!> The least-squares polynomials over a patch are products of Legendre polynomials P_i(x) P_j(y) P_k(z) of total degree
+!> i + j + k up to 3, in ascending degree, with coordinates relative to the centre of the patch over its extent.
 !>
 !>   (sum V z z' / sum V) c = sum V z y / sum V,   z = (1, x, y, .., P_2(x), x y, ..)
 !>
-!> A term that the points cannot tell from those before it is left out: a direction in which they do not spread gets
-!> no slope, three points in a row no cubic term. Legendre's polynomials keep the matrix near the identity for points
-!> that fill the patch.
+!> A term that is linearly dependent on the previous ones at the points is omitted: no slope in a direction in which the
+!> points have no spread, no cubic term for three points in a row. With Legendre polynomials the matrix is close to the
+!> identity for points that fill the patch.
 module qsmpm_smooth_stress
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: linear_kind, corner_count, shape_functions, max_nodes
@@ -41,12 +41,12 @@ module qsmpm_smooth_stress
     integer, allocatable :: first_point(:), point(:)
   end type patches_type
 
-  !> The fields of one material.
+  !> Recovered fields of one material.
   type :: smooth_stress_type
     integer :: material = 0
     !> Degree of the polynomial of each node, -1 for none (node_count).
     integer, allocatable :: degree(:)
-    !> Centre of the points of each patch and its extent (dimension, node_count).
+    !> Centre of the points of each patch, and extent of the patch (dimension, node_count).
     real(wp), allocatable :: centre(:, :), extent(:, :)
     !> Coefficients (components, terms, node_count).
     real(wp), allocatable :: field(:, :, :)
@@ -54,22 +54,22 @@ module qsmpm_smooth_stress
     real(wp), allocatable :: level(:)
   end type smooth_stress_type
 
-  !> Highest total degree, and terms of it in space.
+  !> Highest total degree, and its number of terms in 3D.
   integer, parameter, public :: most_degree = 3, most_terms = 20
-  !> Least mean square, over the patch, of what is left of a term when the terms before it are taken away. Two points a
-  !> direction in one cell leave 0.06 of a slope, three 0.006 of P_2.
+  !> Smallest mean square over the patch of the remainder of a term after the previous terms are eliminated. With two
+  !> points per direction in one cell the remainder of a slope is 0.06, with three that of P_2 is 0.006.
   real(wp), parameter :: least_left = 1.0e-3_wp
 
 contains
 
-  !> Norm of a symmetric tensor by its components 11, 22, 33, 12[, 13, 23]: shears count twice.
+  !> Norm of a symmetric tensor with components 11, 22, 33, 12[, 13, 23]; shear components count twice.
   pure real(wp) function stress_norm(stress)
     real(wp), intent(in) :: stress(:)
 
     stress_norm = sqrt(sum(stress(:3)**2) + 2.0_wp*sum(stress(4:)**2))
   end function stress_norm
 
-  !> Sort cells by their corners and points by their cells.
+  !> Lists cells by their corners and points by their cells.
   pure subroutine make_patches(mesh, points, patches)
     type(mesh_type), intent(in) :: mesh
     type(points_type), intent(in) :: points
@@ -79,10 +79,10 @@ contains
     call list_by_key(points%cell(:points%count), mesh%cell_count, patches%first_point, patches%point)
   end subroutine make_patches
 
-  !> Fit the fields of a material.
+  !> Fits the fields of a material.
   pure subroutine fit_smooth_stress(mesh, coordinates, patches, points, material, degree, smooth)
     type(mesh_type), intent(in) :: mesh
-    !> Present coordinates of its nodes (dimension, node_count).
+    !> Current coordinates of its nodes (dimension, node_count).
     real(wp), intent(in) :: coordinates(:, :)
     type(patches_type), intent(in) :: patches
     type(points_type), intent(in) :: points
@@ -103,13 +103,13 @@ contains
     end do
   end subroutine fit_smooth_stress
 
-  !> Centre, extent and stress level of a patch, and the degree that its points allow.
+  !> Computes centre, extent and stress level of a patch, and the degree that its points allow.
   pure subroutine measure_patch(mesh, coordinates, patches, points, n, degree, smooth)
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: coordinates(:, :)
     type(patches_type), intent(in) :: patches
     type(points_type), intent(in) :: points
-    !> The node.
+    !> Number of the node.
     integer, intent(in) :: n
     integer, intent(in) :: degree
     type(smooth_stress_type), intent(inout) :: smooth
@@ -146,11 +146,11 @@ contains
     smooth%level(n) = sqrt(square/volume)
   end subroutine measure_patch
 
-  !> Coefficients of a patch.
+  !> Computes the coefficients of a patch.
   pure subroutine fit_patch(patches, points, n, smooth)
     type(patches_type), intent(in) :: patches
     type(points_type), intent(in) :: points
-    !> The node.
+    !> Number of the node.
     integer, intent(in) :: n
     type(smooth_stress_type), intent(inout) :: smooth
     real(wp) :: matrix(most_terms, most_terms), z(most_terms), weighted, volume
@@ -178,20 +178,20 @@ contains
     call solve_patch(size(points%position, 1), smooth%degree(n), matrix(:terms, :terms), smooth%field(:, :terms, n))
   end subroutine fit_patch
 
-  !> The smooth stress of a material at a place, and the stress of its neighbourhood: fields of the corners of a cell,
-  !> blended as at local coordinates.
+  !> Evaluates the recovered stress of a material at a point, and the stress level of the neighbourhood: the fields of
+  !> the corners of a cell, interpolated at the given local coordinates.
   pure subroutine smooth_stress_at(smooth, mesh, cell, local, place, stress, level)
     type(smooth_stress_type), intent(in) :: smooth
     type(mesh_type), intent(in) :: mesh
     !> A cell that owns points of the material.
     integer, intent(in) :: cell
-    !> Where in the cell the fields are blended (dimension).
+    !> Local coordinates in the cell at which the fields are interpolated (dimension).
     real(wp), intent(in) :: local(:)
-    !> The place (dimension).
+    !> Point at which the polynomials are evaluated (dimension).
     real(wp), intent(in) :: place(:)
     !> Stress (components).
     real(wp), intent(out) :: stress(:)
-    !> Stress of the neighbourhood.
+    !> Stress level of the neighbourhood.
     real(wp), intent(out), optional :: level
     real(wp) :: shape(max_nodes), z(most_terms)
     integer :: a, n, corners, terms
@@ -209,7 +209,7 @@ contains
     end do
   end subroutine smooth_stress_at
 
-  !> Terms of total degree up to `degree`.
+  !> Number of terms of total degree up to `degree`.
   pure integer function term_count(dimension, degree)
     integer, intent(in) :: dimension, degree
 
@@ -217,9 +217,9 @@ contains
     if (dimension == 3) term_count = (term_count*(degree + 3))/3
   end function term_count
 
-  !> Values of the terms at a place.
+  !> Evaluates the terms at a point.
   pure subroutine patch_terms(x, degree, z)
-    !> Coordinates about the centre of the patch over its extent (dimension).
+    !> Coordinates relative to the centre of the patch over its extent (dimension).
     real(wp), intent(in) :: x(:)
     integer, intent(in) :: degree
     !> (term_count)
@@ -245,12 +245,13 @@ contains
     end do
   end subroutine patch_terms
 
-  !> Coefficients of the terms: within a degree the term of which most is left goes first, as long as enough is left.
+  !> Solves for the coefficients: within a degree the term with the largest remainder is the next pivot, if it is
+  !> sufficient.
   pure subroutine solve_patch(dimension, degree, matrix, coefficients)
     integer, intent(in) :: dimension, degree
     !> Mean products of the terms (terms, terms), destroyed.
     real(wp), intent(inout) :: matrix(:, :)
-    !> Mean products of terms and values, then the coefficients (values, terms).
+    !> In: mean products of terms and values. Out: the coefficients (values, terms).
     real(wp), intent(inout) :: coefficients(:, :)
     logical :: taken(size(matrix, 1))
     integer :: total, first, last, k, j
@@ -277,9 +278,9 @@ contains
     end do
   end subroutine solve_patch
 
-  !> One step of Gauss-Jordan's elimination.
+  !> Performs one step of Gauss-Jordan elimination.
   pure subroutine eliminate(k, matrix, coefficients)
-    !> The pivot.
+    !> Index of the pivot.
     integer, intent(in) :: k
     real(wp), intent(inout) :: matrix(:, :), coefficients(:, :)
     real(wp) :: factor

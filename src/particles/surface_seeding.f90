@@ -1,18 +1,18 @@
-!> Seeding loaded surfaces with surface points: quadrature points on faces of occupied cells, on straight
-!> segments that cut through plane cells, or on the facets of a body in 3D.
+!> Generation of surface points on loaded surfaces: quadrature points on faces of occupied cells, on straight segments
+!> that cut through 2D cells, or on the facets of a body in 3D.
 !>
-!> The rule on a face is exact for the shape functions of the element; a midpoint rule leaves
-!> errors of 1e-3 to 1e-2 in the traction and then loses the top row of a compressed body.
+!> The rule on a face is exact for the shape functions of the element; a midpoint rule has errors of 1e-3 to 1e-2 in the
+!> traction, which destroy the top row of a compressed body.
 !>
-!> Which cell a piece of a body's surface belongs to.
+!> The module also determines the cell to which a piece of the surface of a body belongs.
 !>
-!> A piece inside a cell belongs to it. A piece on a face between two cells belongs to the one on the
-!> material's side, when that one holds material. Coordinates of a deck or a file may miss the face by
-!> their last digits, so that the piece lies in the empty cell: then it goes to the cell behind the
-!> face, from which it is seen a hair outside.
+!> A piece inside a cell belongs to this cell. A piece on a face between two cells belongs to the cell on the side of
+!> the material, if that cell contains material. Coordinates of a deck or a file may differ from the face in their last
+!> digits, so that the piece is in the empty cell; then it belongs to the cell on the other side of the face, and is
+!> slightly outside that cell.
 !>
-!> Facets are cut at the faces of the cells. The cut is exact for cells with plane faces: every bit of a facet inside
-!> the mesh belongs to one cell. Each part is split into triangles with the points of a Gauss rule.
+!> Facets are clipped by the faces of the cells. This is exact for cells with plane faces: every part of a facet inside
+!> the mesh belongs to one cell. Each part is divided into triangles with the points of a Gauss rule.
 module qsmpm_surface_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, face_rule, face_area_vector, shape_functions, inside_distance, face_count, &
@@ -32,26 +32,26 @@ module qsmpm_surface_seeding
 
   public :: seed_faces, seed_segment, owner_of_piece, seed_facets
 
-  !> Degree of the rule on a face: a quadratic function times a quadratic one.
+  !> Degree of the rule on a face: the product of two quadratic functions.
   integer, parameter :: face_degree = 4
-  !> A shorter part of a segment in a cell, as a share of its length, is rounding.
+  !> Smallest part of a segment in a cell, as a fraction of its length; a shorter one is round-off.
   real(wp), parameter :: shortest = 1.0e-13_wp
 
-  !> Distance from a face below which a piece lies on it, as a share of the size of the face: exactly,
-  !> so that both cells hold it, and all but the last digits of single precision.
+  !> Relative distance from a face below which a piece is on it: exactly, so that both cells contain it; or nearly,
+  !> except for the last digits of single precision.
   real(wp), parameter, public :: exactly_on = 1.0e-10_wp, nearly_on = 1.0e-6_wp
 
-  !> What is apart from a cell by more than this share of its size does not touch it.
+  !> Distance from a cell, as a fraction of its size, above which an item does not touch the cell.
   real(wp), parameter :: touching = 0.01_wp
 
 contains
 
-  !> Surface points on mesh faces that bound the occupied cells.
+  !> Adds surface points on mesh faces that bound the occupied cells.
   subroutine seed_faces(mesh, occupied, faces, surface, list)
     type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material (cell_count).
+    !> Cells that contain material (cell_count).
     logical, intent(in) :: occupied(:)
-    !> Cell and local face, (2,n); inner faces may appear from both sides.
+    !> Cell and local face, (2,n); inner faces may be listed for both sides.
     integer, intent(in) :: faces(:, :)
     !> Number of the surface.
     integer, intent(in) :: surface
@@ -77,7 +77,7 @@ contains
     end do
   end subroutine seed_faces
 
-  !> Outward area vector per reference area of a face at a place.
+  !> Outward area vector per reference area of a face at a point.
   pure function area_at(mesh, cell, face, local) result(vector)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell and of its face.
@@ -97,22 +97,22 @@ contains
     vector = vector*dot_product(functions(:n), corner(1, :n))
   end function area_at
 
-  !> Surface points on a straight segment through the occupied cells of a plane mesh; outward is the
-  !> right-hand side of the segment.
+  !> Adds surface points on a straight segment through the occupied cells of a 2D mesh; the right-hand side of the
+  !> segment is outside.
   pure subroutine seed_segment(mesh, occupied, follow, segment, degree, surface, list, cells)
     type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material (cell_count).
+    !> Cells that contain material (cell_count).
     logical, intent(in) :: occupied(:)
     !> The segment bounds a body: parts in cells without material belong to a neighbour.
     logical, intent(in) :: follow
     !> x1, y1, x2, y2.
     real(wp), intent(in) :: segment(4)
-    !> Degree of the functions along it, for which the rule is exact.
+    !> Degree of the functions along the segment that the rule integrates exactly.
     integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
     type(seed_list_type), intent(inout) :: list
-    !> Cells that may hold parts of it, in rising order; all when absent.
+    !> Cells that may contain parts of the segment, in ascending order; all when absent.
     integer, intent(in), optional :: cells(:)
     real(wp), allocatable :: places(:), weights(:)
     real(wp) :: piece(2), box(2, 2), low(2), high(2), slack, along(2), x(2), local(2), weight
@@ -141,7 +141,7 @@ contains
         x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*places(i))*along
         call inverse_map(mesh, owner, x, local, ok)
         if (.not. ok) cycle
-        ! On the axis of symmetry there is no area.
+        ! On the axis of symmetry the area is zero.
         if (mesh%axisymmetric .and. x(1) <= exactly_on*norm2(along)) cycle
         weight = 0.5_wp*weights(i)*(piece(2) - piece(1))
         if (mesh%axisymmetric) weight = weight*x(1)
@@ -150,12 +150,12 @@ contains
     end do
   end subroutine seed_segment
 
-  !> Part of a segment, as parameters from 0 to 1, in a convex plane cell, and the cell that owns it.
+  !> Returns the part of a segment, as parameters from 0 to 1, in a convex 2D cell, and the cell that owns it.
   pure subroutine piece_in_cell(mesh, occupied, follow, cell, segment, piece, owner)
     type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material (cell_count).
+    !> Cells that contain material (cell_count).
     logical, intent(in) :: occupied(:)
-    !> As for `seed_segment`.
+    !> As in `seed_segment`.
     logical, intent(in) :: follow
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -163,7 +163,7 @@ contains
     real(wp), intent(in) :: segment(4)
     !> Start and end of the part.
     real(wp), intent(out) :: piece(2)
-    !> The cell, or a neighbour, or 0 when there is nothing to seed.
+    !> The cell, or a neighbour, or 0 if there is no part.
     integer, intent(out) :: owner
     real(wp), dimension(corner_count(mesh%cell_kind(cell))) :: from, to, facing, deviation
     real(wp) :: corner(2, size(from))
@@ -187,15 +187,16 @@ contains
       + 0.5_wp*sum(piece)*(segment(3:) - segment(:2)), facing, deviation)
   end subroutine piece_in_cell
 
-  !> Distances of the ends of a segment from a side of a cell, inwards, as shares of its length.
+  !> Computes the distances of the ends of a segment from a side of a cell, positive inwards, over the length of the
+  !> side.
   pure subroutine sides_of(a, b, segment, from, to, facing)
-    !> Ends of the side, the cell to the left (2).
+    !> Ends of the side, with the cell on the left (2).
     real(wp), intent(in) :: a(2), b(2)
     !> x1, y1, x2, y2.
     real(wp), intent(in) :: segment(4)
-    !> Distances of start and end; 0 when on the line.
+    !> Distances of start and end; 0 if on the line.
     real(wp), intent(out) :: from, to
-    !> Above 0 when the segment runs in the direction of the side.
+    !> Positive if the segment runs in the direction of the side.
     real(wp), intent(out) :: facing
 
     from = turn(b - a, segment(1:2) - a)/dot_product(b - a, b - a)
@@ -205,21 +206,21 @@ contains
     facing = dot_product(b - a, segment(3:4) - segment(1:2))
   end subroutine sides_of
 
-  !> Cell that gets a piece found in a cell; 0 when none does or another one finds it too.
+  !> Cell that owns a piece found in a cell; 0 if there is none, or if the piece is also found in another cell.
   pure integer function owner_of_piece(mesh, occupied, follow, cell, middle, facing, &
     deviation) result(owner)
     type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material (cell_count).
+    !> Cells that contain material (cell_count).
     logical, intent(in) :: occupied(:)
-    !> A piece in an empty cell goes to the nearest neighbour that holds material; else it is dropped.
+    !> A piece in an empty cell belongs to the nearest neighbour with material; otherwise it is dropped.
     logical, intent(in) :: follow
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> Middle of the piece (dimension).
+    !> Midpoint of the piece (dimension).
     real(wp), intent(in) :: middle(:)
-    !> Outward normal of the piece times that of each face of the cell.
+    !> Scalar product of the outward normals of the piece and of each face of the cell.
     real(wp), intent(in) :: facing(:)
-    !> Greatest distance of the piece from each face, as a share of its size; 0 when it is on it.
+    !> Largest distance of the piece from each face, as a fraction of its size; 0 if the piece is on the face.
     real(wp), intent(in) :: deviation(:)
     logical :: beyond(size(facing))
     integer :: f
@@ -231,7 +232,7 @@ contains
     owner = merge(cell, 0, occupied(cell))
     do f = 1, size(facing)
       if (deviation(f) > 0.0_wp) cycle
-      ! The cell beyond finds the piece as well; it is that cell's when the material is there.
+      ! The neighbour finds the piece as well and owns it if the material is on its side.
       if (facing(f) < 0.0_wp .and. beyond(f)) owner = 0
       return
     end do
@@ -242,15 +243,14 @@ contains
     if (owner == 0 .and. follow) owner = nearest_neighbour(mesh, occupied, cell, middle)
   end function owner_of_piece
 
-  !> The cell that holds material around an empty one whose inside is nearest to a place; 0 when there
-  !> is none.
+  !> Neighbour of an empty cell that contains material and is nearest to a point; 0 if there is none.
   pure integer function nearest_neighbour(mesh, occupied, cell, x) result(nearest)
     type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material (cell_count).
+    !> Cells that contain material (cell_count).
     logical, intent(in) :: occupied(:)
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> Place (dimension).
+    !> Coordinates of the point (dimension).
     real(wp), intent(in) :: x(:)
     real(wp) :: local(size(x)), depth(max_faces), least
     logical :: ok
@@ -271,18 +271,18 @@ contains
     end do
   end function nearest_neighbour
 
-  !> Surface points on facets inside a box.
+  !> Adds surface points on facets inside a box.
   pure subroutine seed_facets(mesh, occupied, solid, low, high, degree, surface, list)
     type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material of the body (cell_count).
+    !> Cells that contain material of the body (cell_count).
     logical, intent(in) :: occupied(:)
     !> The facets, counter-clockwise seen from outside.
     type(polyhedron_type), intent(in) :: solid
     !> Corners of the box (3).
     real(wp), intent(in) :: low(3), high(3)
-    !> Degree of the functions on a facet, for which the rule is exact.
+    !> Degree of the functions on a facet that the rule integrates exactly.
     integer, intent(in) :: degree
-    !> Number that the seeds of each facet get: that of its surface, or its own (facets).
+    !> Number assigned to the seeds of each facet: that of its surface, or that of the facet (facets).
     integer, intent(in) :: surface(:)
     type(seed_list_type), intent(inout) :: list
     real(wp), allocatable :: places(:, :), weights(:)
@@ -312,10 +312,10 @@ contains
     end do
   end subroutine seed_facets
 
-  !> Surface points on the part of a facet inside a cell and a box.
+  !> Adds surface points on the part of a facet inside a cell and a box.
   pure subroutine seed_facet(mesh, occupied, cell, facet, low, high, places, weights, surface, list)
     type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material of the body (cell_count).
+    !> Cells that contain material of the body (cell_count).
     logical, intent(in) :: occupied(:)
     !> Number of the cell.
     integer, intent(in) :: cell

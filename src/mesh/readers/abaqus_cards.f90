@@ -1,11 +1,11 @@
-!> Keyword lines of Abaqus input files: keyword, parameters, where in the assembly they stand.
+!> Keyword lines of Abaqus input files: keyword, parameters, and position in the assembly.
 !>
-!> One part without transformation is read. What the assembly adds of its own (reference points,
-!> connectors) is no part of the mesh; keywords that would change the mesh in ways that are not
-!> followed (generation, included files, other axes) are errors, all others are passed over.
+!> One part without transformation is read. Items of the assembly (reference points, connectors) are not part of the
+!> mesh. Keywords that would change the mesh in unsupported ways (generation, included files, coordinate systems) are
+!> errors; all others are ignored.
 !>
-!> Here too are the data lines of *NSET, *ELSET and *SURFACE. Set names are compared without regard to case and keep the
-!> spelling they are first written in. An instance name before a label or a set name (`Part-1-1.12`) is dropped.
+!> The module also reads the data lines of *NSET, *ELSET and *SURFACE. Set names are not case-sensitive and keep the
+!> spelling of their first occurrence. An instance name before a label or a set name (`Part-1-1.12`) is removed.
 module qsmpm_abaqus_cards
   use qsmpm_text, only: string_type, upper, stripped, squeezed, integer_text
   use qsmpm_raw_mesh, only: raw_mesh_type, label_set_type, of_nodes, of_cells, of_faces, open_set, append_labels
@@ -17,33 +17,33 @@ module qsmpm_abaqus_cards
 
   public :: abaqus_file_type, start_card, open_card_set, take_set, take_surface
 
-  !> The file, the raw mesh that it becomes, and the card whose data lines are being read.
+  !> The file, its raw mesh, and the keyword whose data lines are being read.
   type, extends(raw_mesh_type) :: abaqus_file_type
     !> Words of the line.
     type(string_type), allocatable :: words(:)
-    !> Keyword in capitals with its star; empty before the first and where data are passed over.
+    !> Keyword in capitals with its star; empty before the first keyword and where data lines are ignored.
     character(len=:), allocatable :: keyword
-    !> Values of the parameters, empty when they are not given.
+    !> Values of the parameters, empty if not given.
     character(len=:), allocatable :: nset, elset, name, type, instance
     logical :: generate = .false.
-    !> Within *ASSEMBLY, within *INSTANCE.
+    !> Inside *ASSEMBLY, inside *INSTANCE.
     logical :: in_assembly = .false., in_instance = .false.
     !> Element kind of *ELEMENT.
     integer :: kind = 0
-    !> Place of the set the data go to, 0 for none.
+    !> Position of the set to which the data belong, 0 for none.
     integer :: set = 0
-    !> Element that runs over several lines: label and nodes so far, and its first line.
+    !> Element that extends over several lines: label and nodes so far, and its first line.
     integer, allocatable :: pending(:)
     integer :: pending_line = 0
   end type abaqus_file_type
 
-  !> A longer range of labels is an error of writing.
+  !> A longer range of labels is regarded as an error in the file.
   integer, parameter :: longest_range = 10000000
   character(len=2), parameter :: face_names(6) = ['S1', 'S2', 'S3', 'S4', 'S5', 'S6']
 
 contains
 
-  !> A keyword line: the words are keyword and parameters. A keyword or element type that cannot be read is an error.
+  !> Processes a keyword line of keyword and parameters. An unsupported keyword or element type is an error.
   subroutine start_card(file)
     type(abaqus_file_type), intent(inout) :: file
 
@@ -60,7 +60,7 @@ contains
     if (file%kind == 0) call file_error(file, "element type '"//file%type//"' is not known")
   end subroutine start_card
 
-  !> Parameters of a keyword line, name or name = value.
+  !> Reads the parameters of a keyword line, name or name = value.
   pure subroutine read_parameters(file)
     type(abaqus_file_type), intent(inout) :: file
     character(len=:), allocatable :: value
@@ -96,7 +96,7 @@ contains
     end do
   end subroutine read_parameters
 
-  !> Keep account of where the cards stand.
+  !> Records whether the following keywords are in the assembly or in an instance.
   pure subroutine follow_assembly(file)
     type(abaqus_file_type), intent(inout) :: file
 
@@ -112,7 +112,7 @@ contains
     end select
   end subroutine follow_assembly
 
-  !> Refuse cards that change the mesh in ways that are not followed, and cards without their names.
+  !> Rejects keywords that change the mesh in unsupported ways, and keywords without the required name.
   subroutine check_card(file)
     type(abaqus_file_type), intent(inout) :: file
     character(len=:), allocatable :: word
@@ -136,8 +136,8 @@ contains
     end select
   end subroutine check_card
 
-  !> Element kind of an Abaqus name, 0 when it has none here. Letters behind the number of nodes
-  !> tell of reduced integration, hybrid formulation and the like, not of the shape.
+  !> Element kind of an Abaqus element type, 0 if it is not supported. Letters after the number of nodes denote reduced
+  !> integration, hybrid formulation and the like, not the shape.
   pure integer function kind_of(name) result(kind)
     !> Name in capitals.
     character(len=*), intent(in) :: name
@@ -168,9 +168,9 @@ contains
     end select
   end function kind_of
 
-  !> The set that the data lines of a card go to, by its name.
+  !> Opens the set to which the data lines of a keyword belong, by its name.
   subroutine open_card_set(file)
-    !> Gets the set and its place; *NSET, ELSET= with an unknown element set is an error.
+    !> The set and its position are stored; *NSET, ELSET= with an unknown element set is an error.
     type(abaqus_file_type), intent(inout) :: file
 
     select case (file%keyword)
@@ -185,7 +185,7 @@ contains
 
   contains
 
-    !> The set of a name as it was written first; none without a name.
+    !> Opens the set of a given name in its first spelling; no set without a name.
     subroutine open_named(kind, name)
       integer, intent(in) :: kind
       character(len=*), intent(in) :: name
@@ -196,7 +196,7 @@ contains
     end subroutine open_named
   end subroutine open_card_set
 
-  !> Place of a named set, 0 when it is not there.
+  !> Position of a named set, 0 if it does not exist.
   pure integer function set_place(sets, name) result(place)
     type(label_set_type), intent(in) :: sets(:)
     character(len=*), intent(in) :: name
@@ -208,10 +208,10 @@ contains
     end do
   end function set_place
 
-  !> A label or set name without the name of its instance.
+  !> Label or set name without the name of its instance.
   pure function without_instance(word, sets) result(rest)
     character(len=*), intent(in) :: word
-    !> Sets it may name.
+    !> Sets that the word may name.
     type(label_set_type), intent(in) :: sets(:)
     character(len=:), allocatable :: rest
 
@@ -219,14 +219,14 @@ contains
     if (set_place(sets, rest) == 0) rest = rest(index(rest, '.') + 1:)
   end function without_instance
 
-  !> True for a word of digits only.
+  !> Whether a word consists of digits only.
   pure logical function is_label(word)
     character(len=*), intent(in) :: word
 
     is_label = len(word) > 0 .and. verify(word, '0123456789') == 0
   end function is_label
 
-  !> A data line of a set: labels or names of other sets; first, last, step with GENERATE.
+  !> Reads a data line of a set: labels or names of other sets; first, last, step with GENERATE.
   subroutine take_set(file, kind)
     type(abaqus_file_type), intent(inout) :: file
     !> of_nodes or of_cells.
@@ -241,7 +241,7 @@ contains
     associate (sets => file%sets(kind)%list)
       do i = 1, size(file%words)
         if (len(file%words(i)%text) == 0) cycle
-        ! Bare labels of the assembly are its own nodes, which are not read.
+        ! Labels in the assembly without an instance are its own nodes, which are not read.
         if (is_label(file%words(i)%text) .and. file%in_assembly .and. .not. file%in_instance .and. &
           len(file%instance) == 0) cycle
         word = without_instance(file%words(i)%text, sets)
@@ -259,7 +259,7 @@ contains
     end associate
   end subroutine take_set
 
-  !> first, last, step. Labels in between need not exist.
+  !> Reads first, last, step. Labels in between need not exist.
   subroutine take_range(file, kind)
     type(abaqus_file_type), intent(inout) :: file
     !> of_nodes or of_cells.
@@ -286,9 +286,9 @@ contains
       spread(0, 1, count))
   end subroutine take_range
 
-  !> The nodes of an element set, which must be there.
+  !> Adds the nodes of an element set, which must exist.
   subroutine take_nodes_of(file)
-    !> With the place of the node set.
+    !> File with the position of the node set.
     type(abaqus_file_type), intent(inout) :: file
     integer, allocatable :: labels(:)
     integer :: c, n, s
@@ -309,7 +309,7 @@ contains
     end do
   end subroutine take_nodes_of
 
-  !> A data line of a surface: element or element set, S1..S6.
+  !> Reads a data line of a surface: element or element set, S1..S6.
   subroutine take_surface(file)
     type(abaqus_file_type), intent(inout) :: file
     character(len=:), allocatable :: word

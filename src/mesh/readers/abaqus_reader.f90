@@ -1,6 +1,6 @@
 !> Reader of the mesh in an Abaqus input file: *NODE, *ELEMENT, *NSET, *ELSET, *SURFACE.
 !>
-!> Node orders and face numbers are Abaqus' own, which are those of this program. Keyword lines, sets and surfaces are
+!> Node orders and face numbers of Abaqus are those of this program. Keyword lines, sets and surfaces are read by
 !> `qsmpm_abaqus_cards`.
 module qsmpm_abaqus_reader
   use qsmpm_kinds, only: wp
@@ -16,11 +16,11 @@ module qsmpm_abaqus_reader
 
 contains
 
-  !> Read a file.
+  !> Reads a file.
   subroutine read_abaqus(path, file)
     !> Path of the file.
     character(len=*), intent(in) :: path
-    !> Nodes, cells and sets by label, or what is wrong.
+    !> Nodes, cells and sets by label, or the error.
     type(abaqus_file_type), intent(out) :: file
     logical :: more
 
@@ -42,12 +42,12 @@ contains
     call check_complete(file)
   end subroutine read_abaqus
 
-  !> Words between the commas of the next line that is no comment; a keyword line that ends with a
-  !> comma goes on in the next.
+  !> Returns the words between the commas of the next line that is not a comment; a keyword line that ends with a comma
+  !> continues in the next line.
   subroutine next_entry(file, more)
-    !> The file; it moves on, and older words are dropped.
+    !> File, advanced by the lines read; older words are deleted.
     type(abaqus_file_type), intent(inout) :: file
-    !> False behind the last line.
+    !> False after the last line.
     logical, intent(out) :: more
     character(len=:), allocatable :: line, entry
 
@@ -64,16 +64,16 @@ contains
     call split(entry, ',', file%words)
   end subroutine next_entry
 
-  !> The element before the present line must have all its nodes.
+  !> Checks that the element before the current line has all its nodes.
   subroutine check_complete(file)
     type(abaqus_file_type), intent(inout) :: file
 
     if (size(file%pending) > 0) call raw_mesh_error(file, file%pending_line, wrong_nodes(file))
   end subroutine check_complete
 
-  !> Message for an element with too few or too many nodes.
+  !> Error message for an element with too few or too many nodes.
   pure function wrong_nodes(file) result(message)
-    !> The file, with what is pending.
+    !> File with the incomplete element.
     type(abaqus_file_type), intent(in) :: file
     character(len=:), allocatable :: message
 
@@ -81,7 +81,7 @@ contains
       integer_text(size(file%pending) - 1)//' nodes instead of '//integer_text(node_count(file%kind))
   end function wrong_nodes
 
-  !> A data line of the present card.
+  !> Reads a data line of the current keyword.
   subroutine take_data(file)
     type(abaqus_file_type), intent(inout) :: file
 
@@ -101,7 +101,7 @@ contains
     end select
   end subroutine take_data
 
-  !> label, x, y [, z]
+  !> Reads a node: label, x, y [, z].
   subroutine take_node(file)
     type(abaqus_file_type), intent(inout) :: file
     real(wp) :: place(3)
@@ -120,7 +120,7 @@ contains
     if (file%set > 0) call append_labels(file%sets(of_nodes)%list(file%set), [label], 0, [file%line])
   end subroutine take_node
 
-  !> label, nodes; a trailing comma continues on the next line.
+  !> Reads an element: label, nodes; after a trailing comma it continues in the next line.
   subroutine take_element(file)
     type(abaqus_file_type), intent(inout) :: file
     logical :: continued

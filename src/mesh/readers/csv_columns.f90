@@ -1,5 +1,5 @@
-!> Columns of numbers of a CSV file whose first line names them: those that are asked for, a row a line that is not
-!> blank. Other columns are not read; names are compared without capitals.
+!> Columns of numbers of a CSV file whose first line contains their names: the requested columns are read, one row per
+!> line that is not blank. Other columns are ignored; names are not case-sensitive.
 module qsmpm_csv_columns
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
@@ -12,18 +12,18 @@ module qsmpm_csv_columns
 
 contains
 
-  !> Read a file.
+  !> Reads a file.
   subroutine read_columns(path, names, wanted, what, table, lines, error)
     character(len=*), intent(in) :: path
-    !> Columns, of which the first `wanted` must be there, and of the others one at the least.
+    !> Columns; the first `wanted` are required, and at least one of the others.
     character(len=*), intent(in) :: names(:)
     integer, intent(in) :: wanted
-    !> The names in words, for the message.
+    !> Description of the names for the error message.
     character(len=*), intent(in) :: what
-    !> (names, rows), 0 in columns that are not there, and the line of each row.
+    !> (names, rows), 0 in missing columns, and the line of each row.
     real(wp), allocatable, intent(out) :: table(:, :)
     integer, allocatable, intent(out) :: lines(:)
-    !> What is wrong, with path and line; no row is an error.
+    !> Error with path and line; a file without rows is an error.
     type(error_type), allocatable, intent(out) :: error
     type(text_file_type) :: file
     type(string_type), allocatable :: cells(:)
@@ -61,7 +61,7 @@ contains
     end if
   end subroutine read_columns
 
-  !> Place of each name in the first line, 0 for none.
+  !> Position of each name in the first line, 0 if missing.
   pure function columns_of(cells, names) result(column)
     type(string_type), intent(in) :: cells(:)
     character(len=*), intent(in) :: names(:)
@@ -75,7 +75,7 @@ contains
     end do
   end function columns_of
 
-  !> A row.
+  !> Reads a row.
   subroutine read_row(file, cells, names, column, values)
     type(text_file_type), intent(inout) :: file
     type(string_type), intent(in) :: cells(:)

@@ -1,14 +1,14 @@
-!> What a gmsh file says besides the raw mesh: elements of every dimension, physical groups, entities.
+!> Contents of a gmsh file in addition to the raw mesh: elements of every dimension, physical groups, entities.
 !>
-!> In MSH 2.2 an element carries the number of one physical group and is written again for another
-!> one; in MSH 4.1 it belongs to an entity and the entity to any number of groups.
+!> In MSH 2.2 an element has the number of one physical group and is repeated for another one; in MSH 4.1 it belongs to
+!> an entity, and the entity to any number of groups.
 !>
-!> The element types of gmsh: their kinds here, their counts, and the order of their nodes.
+!> The module contains the element types of gmsh: their kinds, numbers of nodes, and node orders.
 !>
-!> gmsh numbers the mid nodes of tetrahedra, bricks and wedges of second order in its own way (gmsh
-!> reference manual, node ordering); the other types have our order.
+!> The mid nodes of second-order tetrahedra, bricks and wedges have a different order in gmsh (gmsh reference manual,
+!> node ordering); the other types have the order of this program.
 !>
-!> Lines of gmsh files: so many words or whole numbers, counts that can be, ends of sections.
+!> It also reads lines of gmsh files with a minimum number of words or integers, and checks counts and ends of sections.
 module qsmpm_gmsh_content
   use qsmpm_element, only: max_nodes, tet10, hex20, wedge15, node_count, corner_count, local_dimension
   use qsmpm_raw_mesh, only: raw_mesh_type
@@ -28,17 +28,17 @@ module qsmpm_gmsh_content
     character(len=:), allocatable :: name
   end type group_type
 
-  !> A part of the geometry and the numbers of its physical groups.
+  !> A geometric entity and the numbers of its physical groups.
   type :: entity_type
     integer :: dimension = 0, tag = 0
     integer, allocatable :: groups(:)
   end type entity_type
 
-  !> What a type number means.
+  !> Properties of a gmsh element type.
   type :: gmsh_type_type
     !> Element kind, 0 for points and lines.
     integer :: kind = 0
-    !> Dimension; -1 when the type is not known.
+    !> Dimension; -1 if the type is not known.
     integer :: dimension = -1
     integer :: nodes = 0
     integer :: corners = 0
@@ -47,29 +47,29 @@ module qsmpm_gmsh_content
   !> An element.
   type, extends(gmsh_type_type) :: element_type
     integer :: label = 0
-    !> Number of the physical group (2.2) or place of the entity (4.1), 0 for none; line of the file.
+    !> Number of the physical group (2.2) or position of the entity (4.1), 0 for none; line of the file.
     integer :: owner = 0, line = 0
-    !> Labels of the nodes, those of cells in the order of this program.
+    !> Labels of the nodes; those of cells in the order of this program.
     integer :: node(max_nodes) = 0
   end type element_type
 
-  !> The file, the raw mesh that it becomes, and its groups, entities and elements.
+  !> The file, its raw mesh, and its groups, entities and elements.
   type, extends(raw_mesh_type) :: gmsh_file_type
-    !> MSH 4.1 and not 2.2.
+    !> MSH 4.1, otherwise 2.2.
     logical :: new_format = .false.
     type(group_type), allocatable :: groups(:)
     type(entity_type), allocatable :: entities(:)
-    !> Elements of every dimension, and how many have been read.
+    !> Elements of every dimension, and number of elements read.
     integer :: element_count = 0
     type(element_type), allocatable :: elements(:)
   end type gmsh_file_type
 
 contains
 
-  !> True when an element belongs to a physical group.
+  !> Whether an element belongs to a physical group.
   pure logical function is_member(file, element, group)
     type(gmsh_file_type), intent(in) :: file
-    !> Place of the element.
+    !> Position of the element.
     integer, intent(in) :: element
     type(group_type), intent(in) :: group
 
@@ -84,7 +84,7 @@ contains
     end associate
   end function is_member
 
-  !> Meaning of a type number.
+  !> Properties of the element type with a given number.
   pure type(gmsh_type_type) function gmsh_type(number) result(meaning)
     !> Number in the file.
     integer, intent(in) :: number
@@ -105,7 +105,7 @@ contains
     end select
   end function gmsh_type
 
-  !> Where in the file's order each node of ours stands.
+  !> Position in the order of the file of each node of an element.
   pure function gmsh_places(kind) result(places)
     !> Element kind.
     integer, intent(in) :: kind
@@ -122,10 +122,10 @@ contains
     end select
   end function gmsh_places
 
-  !> The line that closes a section.
+  !> Reads the line that ends a section.
   subroutine read_end(file, line)
     class(text_file_type), intent(inout) :: file
-    !> The line that must come.
+    !> The expected line.
     character(len=*), intent(in) :: line
     type(string_type), allocatable :: words(:)
     logical :: more, good
@@ -136,14 +136,14 @@ contains
     if (.not. good) call file_error(file, 'here should be '//line)
   end subroutine read_end
 
-  !> Words of the next line, at least so many.
+  !> Returns the words of the next line, at least a given number.
   subroutine words_of_line(file, least, what, words)
     class(text_file_type), intent(inout) :: file
-    !> Least number of words.
+    !> Smallest number of words.
     integer, intent(in) :: least
-    !> What the line is to hold, for the message.
+    !> Expected content of the line, for the error message.
     character(len=*), intent(in) :: what
-    !> The words; older ones are dropped.
+    !> The words; older ones are deleted.
     type(string_type), allocatable, intent(inout) :: words(:)
     logical :: more
 
@@ -155,12 +155,12 @@ contains
     end if
   end subroutine words_of_line
 
-  !> Words of the next line as whole numbers, at least so many; zeros where that is wrong.
+  !> Returns the words of the next line as integers, at least a given number; zeros in case of an error.
   subroutine numbers_of_line(file, least, what, numbers)
     class(text_file_type), intent(inout) :: file
-    !> Least number of numbers.
+    !> Smallest number of integers.
     integer, intent(in) :: least
-    !> What the line is to hold, for the message.
+    !> Expected content of the line, for the error message.
     character(len=*), intent(in) :: what
     integer, allocatable, intent(out) :: numbers(:)
     type(string_type), allocatable :: words(:)
@@ -174,15 +174,15 @@ contains
     if (allocated(file%error)) numbers = 0
   end subroutine numbers_of_line
 
-  !> A number of entries must be one that the rest of the file can hold; 0 where it is not.
+  !> Checks that the rest of the file can contain a number of entries; sets the number to 0 if not.
   subroutine check_count(file, count, what)
     class(text_file_type), intent(inout) :: file
-    !> The number the file announces.
+    !> Number of entries given in the file.
     integer, intent(inout) :: count
-    !> What is counted.
+    !> Name of the entries for the error message.
     character(len=*), intent(in) :: what
 
-    ! An entry takes a digit and a line end at least.
+    ! An entry has at least one digit and a line end.
     if (count < 0 .or. int(count, long) > bytes_left(file)/2 + 1) call file_error(file, &
       integer_text(count)//' '//what//' cannot be: the file is too short')
     if (allocated(file%error)) count = 0

@@ -1,8 +1,8 @@
-!> From the content of a gmsh file to cells and named sets.
+!> Conversion of the content of a gmsh file to cells and named sets.
 !>
-!> The elements of the highest dimension are the cells. A named physical group becomes a node set,
-!> a cell set when it holds cells, and a surface when its elements are faces of cells (of an inner
-!> face both sides). A cell that MSH 2.2 writes once for each of its groups is one cell.
+!> The elements of the highest dimension are the cells. A named physical group becomes a node set, a cell set if it
+!> contains cells, and a surface if its elements are faces of cells (both sides of an inner face). A cell that is
+!> repeated in MSH 2.2 for each of its groups is one cell.
 module qsmpm_gmsh_groups
   use qsmpm_element, only: node_count, face_count, face_corners, face_corner_count, max_faces
   use qsmpm_gmsh_content, only: gmsh_file_type, is_member
@@ -14,9 +14,9 @@ module qsmpm_gmsh_groups
 
   public :: sort_out
 
-  !> The faces of all cells by their corners, sorted.
+  !> Faces of all cells, sorted by their corners.
   type :: face_table_type
-    !> Sorted corner labels, zeros first (4, faces), in rising order of columns.
+    !> Sorted corner labels, zeros first (4, faces), in ascending order of columns.
     integer, allocatable :: corners(:, :)
     !> Label of the cell and local face (2, faces).
     integer, allocatable :: owner(:, :)
@@ -24,10 +24,10 @@ module qsmpm_gmsh_groups
 
 contains
 
-  !> Hand cells and groups to the raw mesh.
+  !> Transfers cells and groups to the raw mesh.
   subroutine sort_out(file)
-    !> Has the nodes and elements; gets cells and sets. No cells are an error, and a group of faces that are faces of
-    !> cells in part only.
+    !> In: nodes and elements. Out: also cells and sets. It is an error if there are no cells, or if only a part of the
+    !> elements of a group are faces of cells.
     type(gmsh_file_type), intent(inout) :: file
     type(face_table_type) :: table
     integer, allocatable :: first(:)
@@ -47,12 +47,12 @@ contains
     end do
   end subroutine sort_out
 
-  !> For each cell the first one with the same corners, for other elements themselves.
+  !> Returns for each cell the first one with the same corners, for other elements the element itself.
   subroutine find_repeats(file, highest, first)
     type(gmsh_file_type), intent(in) :: file
     !> Dimension of cells.
     integer, intent(in) :: highest
-    !> Place of the first (elements).
+    !> Position of the first (elements).
     integer, allocatable, intent(out) :: first(:)
     integer, allocatable :: key(:, :), order(:)
     integer :: e, i, n
@@ -76,7 +76,7 @@ contains
     end associate
   end subroutine find_repeats
 
-  !> Cells, each once.
+  !> Adds each cell once.
   subroutine take_cells(file, highest, first)
     type(gmsh_file_type), intent(inout) :: file
     !> Dimension of cells; first cell with the same corners.
@@ -91,7 +91,7 @@ contains
     end associate
   end subroutine take_cells
 
-  !> Node set of a group, and its cell set.
+  !> Adds the node set of a group, and its cell set.
   subroutine take_group(file, number, highest, first)
     type(gmsh_file_type), intent(inout) :: file
     !> Number of the group; dimension of cells; first cell with the same corners.
@@ -112,9 +112,9 @@ contains
     end associate
   end subroutine take_group
 
-  !> Faces of all cells in the order of their corners.
+  !> Builds the table of the faces of all cells, sorted by their corners.
   subroutine make_face_table(file, table)
-    !> Has the cells.
+    !> File with the cells.
     type(gmsh_file_type), intent(in) :: file
     type(face_table_type), intent(out) :: table
     integer, allocatable :: corners(:, :), owner(:, :), order(:)
@@ -138,8 +138,8 @@ contains
     table%owner = owner(:, order)
   end subroutine make_face_table
 
-  !> Surface of a group; that some of its elements are faces of cells and others are not is an error. A group that lies
-  !> on no cell is geometry alone and no surface.
+  !> Adds the surface of a group. It is an error if some of its elements are faces of cells and others are not. A group
+  !> without any face of a cell is only geometry and does not become a surface.
   subroutine take_surface(file, number, table)
     type(gmsh_file_type), intent(inout) :: file
     !> Number of the group.
@@ -174,7 +174,7 @@ contains
     end associate
   end subroutine take_surface
 
-  !> First face with the corners, 0 when there is none.
+  !> First face with the given corners, 0 if there is none.
   pure integer function first_face(table, key) result(place)
     !> Faces of the cells.
     type(face_table_type), intent(in) :: table

@@ -1,7 +1,7 @@
 !> Reader of gmsh files, MSH 2.2 and 4.1, ASCII.
 !>
-!> Nodes and elements are one list in MSH 2.2, blocks in MSH 4.1; sections that are not needed are passed over. What
-!> a group becomes is `qsmpm_gmsh_groups`.
+!> Nodes and elements are one list in MSH 2.2, blocks in MSH 4.1; sections that are not needed are skipped. Groups are
+!> converted by `qsmpm_gmsh_groups`.
 module qsmpm_gmsh_reader
   use qsmpm_text, only: string_type, stripped, integer_text
   use qsmpm_text_file, only: open_text, next_line, unquoted, file_error, word_integer, word_label, word_real
@@ -17,11 +17,11 @@ module qsmpm_gmsh_reader
 
 contains
 
-  !> Read a file.
+  !> Reads a file.
   subroutine read_gmsh(path, file)
     !> Path of the file.
     character(len=*), intent(in) :: path
-    !> Nodes, cells and sets by label, or what is wrong.
+    !> Nodes, cells and sets by label, or the error.
     type(gmsh_file_type), intent(out) :: file
     character(len=:), allocatable :: line
     logical :: more, known
@@ -53,11 +53,11 @@ contains
     end if
   end subroutine read_gmsh
 
-  !> The section that a line opens; an unknown one is passed over line by line.
+  !> Reads the section that begins with a line; an unknown section is skipped line by line.
   subroutine read_section(file, line)
-    !> The file behind the line.
+    !> File, positioned after the line.
     type(gmsh_file_type), intent(inout) :: file
-    !> The line that opens the section.
+    !> First line of the section.
     character(len=*), intent(in) :: line
 
     select case (line)
@@ -83,7 +83,7 @@ contains
     call read_end(file, '$End'//line(2:))
   end subroutine read_section
 
-  !> Version and kind of file.
+  !> Reads the version and the file type.
   subroutine read_format(file)
     type(gmsh_file_type), intent(inout) :: file
     type(string_type), allocatable :: words(:)
@@ -99,7 +99,7 @@ contains
     call read_end(file, '$EndMeshFormat')
   end subroutine read_format
 
-  !> Names of the physical groups.
+  !> Reads the names of the physical groups.
   subroutine read_names(file)
     type(gmsh_file_type), intent(inout) :: file
     type(string_type), allocatable :: words(:)
@@ -119,7 +119,7 @@ contains
     end do
   end subroutine read_names
 
-  !> MSH 4.1: the physical groups of each entity.
+  !> MSH 4.1: reads the physical groups of each entity.
   subroutine read_entities(file)
     type(gmsh_file_type), intent(inout) :: file
     integer, allocatable :: counts(:)
@@ -140,10 +140,10 @@ contains
     end do
   end subroutine read_entities
 
-  !> tag, place (a point) or box, number of physical groups, the groups, ...
+  !> Reads an entity: tag, coordinates of a point or box, number of physical groups, the groups, ...
   subroutine read_entity(file, dimension, place)
     type(gmsh_file_type), intent(inout) :: file
-    !> Dimension of the entity; place among the entities.
+    !> Dimension of the entity; its position in the list of entities.
     integer, intent(in) :: dimension, place
     type(string_type), allocatable :: words(:)
     integer :: first, count, tag, k
@@ -161,11 +161,11 @@ contains
     do k = 1, count
       call word_integer(file, words(first + k)%text, groups(k))
     end do
-    ! A minus sign turns the entity round and says nothing of the group.
+    ! A minus sign only reverses the orientation of the entity in the group.
     file%entities(place) = entity_type(dimension, tag, abs(groups))
   end subroutine read_entity
 
-  !> Nodes of either format.
+  !> Reads the nodes in both formats.
   subroutine read_nodes(file)
     type(gmsh_file_type), intent(inout) :: file
     integer, allocatable :: head(:)
@@ -189,7 +189,7 @@ contains
     end if
   end subroutine read_nodes
 
-  !> MSH 4.1: the labels of a block of nodes, then their places.
+  !> MSH 4.1: reads the labels of a block of nodes, then their coordinates.
   subroutine read_node_block(file)
     type(gmsh_file_type), intent(inout) :: file
     integer, allocatable :: block(:), label(:), labels(:)
@@ -207,10 +207,10 @@ contains
     end do
   end subroutine read_node_block
 
-  !> One node: its label (MSH 2.2 only) and three coordinates.
+  !> Reads a node: its label (MSH 2.2 only) and three coordinates.
   subroutine read_node(file, shift, label)
     type(gmsh_file_type), intent(inout) :: file
-    !> Words before the coordinates: 1 with a label, 0 without; label when the line has none.
+    !> Number of words before the coordinates: 1 with a label, 0 without; label if the line contains none.
     integer, intent(in) :: shift, label
     type(string_type), allocatable :: words(:)
     real(wp) :: place(3)
@@ -226,7 +226,7 @@ contains
     call add_node(file, number, place, file%line)
   end subroutine read_node
 
-  !> Elements of either format.
+  !> Reads the elements in both formats.
   subroutine read_elements(file)
     type(gmsh_file_type), intent(inout) :: file
     integer, allocatable :: head(:)
@@ -250,7 +250,7 @@ contains
     end if
   end subroutine read_elements
 
-  !> MSH 2.2: label, type, number of tags, tags (the first is the physical group), nodes.
+  !> MSH 2.2: reads label, type, number of tags, tags (the first is the physical group), nodes.
   subroutine read_old_element(file)
     type(gmsh_file_type), intent(inout) :: file
     integer, allocatable :: numbers(:)
@@ -266,7 +266,7 @@ contains
     call take_element(file, [numbers(1), numbers(4 + numbers(3):)], numbers(2), group)
   end subroutine read_old_element
 
-  !> MSH 4.1: a block of elements of one type and one entity.
+  !> MSH 4.1: reads a block of elements of one type and one entity.
   subroutine read_element_block(file)
     type(gmsh_file_type), intent(inout) :: file
     integer, allocatable :: block(:), numbers(:)
@@ -282,7 +282,7 @@ contains
     end do
   end subroutine read_element_block
 
-  !> Check and keep one element.
+  !> Checks and stores an element.
   subroutine take_element(file, numbers, number_of_type, owner)
     type(gmsh_file_type), intent(inout) :: file
     !> Label and nodes as in the file.

@@ -1,7 +1,7 @@
-!> From a mesh by labels to the mesh by indices that the program works with.
+!> Conversion of a mesh by labels to the mesh by indices used in the program.
 !>
-!> Every label is looked up by bisection. Nodes of no cell are dropped, sets are sorted and hold
-!> each entry once. Volumes and neighbours are left to `qsmpm_mesh_topology`.
+!> Labels are looked up by bisection. Nodes without a cell are removed; sets are sorted and contain each entry once.
+!> Volumes and neighbours are left to `qsmpm_mesh_topology`.
 module qsmpm_mesh_from_labels
   use qsmpm_error, only: error_type
   use qsmpm_element, only: node_count, local_dimension, face_count, element_name
@@ -15,20 +15,20 @@ module qsmpm_mesh_from_labels
 
   public :: mesh_from_labels
 
-  !> Labels in rising order, and where each stands in the raw mesh.
+  !> Labels in ascending order, and their positions in the raw mesh.
   type :: lookup_type
     integer, allocatable :: labels(:), place(:)
   end type lookup_type
 
 contains
 
-  !> Check a raw mesh and translate it.
+  !> Checks a raw mesh and converts it.
   subroutine mesh_from_labels(raw, mesh, error)
     !> Nodes, cells, sets by label.
     class(raw_mesh_type), intent(inout) :: raw
-    !> Everything but the neighbour tables.
+    !> The mesh without neighbour tables.
     type(mesh_type), intent(out) :: mesh
-    !> What was wrong before; repeated or unknown labels, no cell, cells of several dimensions.
+    !> Earlier error of the reader; repeated or unknown labels, no cell, cells of several dimensions.
     type(error_type), allocatable, intent(out) :: error
     type(lookup_type) :: nodes, cells
 
@@ -47,10 +47,10 @@ contains
     if (allocated(raw%error)) call move_alloc(raw%error, error)
   end subroutine mesh_from_labels
 
-  !> Labels in rising order; repeats are an error at the line of the second.
+  !> Sorts labels in ascending order; a repeated label is an error at its second line.
   subroutine sort_labels(raw, labels, lines, what, lookup)
     class(raw_mesh_type), intent(inout) :: raw
-    !> Labels as they came, and their lines.
+    !> Labels in the order of the input, and their lines.
     integer, intent(in) :: labels(:), lines(:)
     !> 'node' or 'element'.
     character(len=*), intent(in) :: what
@@ -67,10 +67,10 @@ contains
     end do
   end subroutine sort_labels
 
-  !> Dimension of the cells; mixed ones are an error.
+  !> Sets the dimension of the mesh; cells of different dimensions are an error.
   subroutine choose_dimension(raw, mesh)
     class(raw_mesh_type), intent(inout) :: raw
-    !> Gets its dimension.
+    !> Its dimension is set.
     type(mesh_type), intent(inout) :: mesh
     integer :: c
 
@@ -83,11 +83,11 @@ contains
     end do
   end subroutine choose_dimension
 
-  !> Cells, with places among the sorted node labels for the present.
+  !> Sets the cells; nodes are numbered preliminarily by position among the sorted node labels.
   subroutine take_cells(raw, nodes, mesh)
     class(raw_mesh_type), intent(inout) :: raw
     type(lookup_type), intent(in) :: nodes
-    !> Gets its cells.
+    !> Its cells are set.
     type(mesh_type), intent(inout) :: mesh
     integer :: c, k, n, place
 
@@ -108,11 +108,11 @@ contains
     end do
   end subroutine take_cells
 
-  !> Number the nodes of cells by rising label; in the plane z is dropped.
+  !> Numbers the nodes of cells by ascending label; in 2D z is dropped.
   subroutine keep_used_nodes(raw, nodes, mesh)
     class(raw_mesh_type), intent(in) :: raw
     type(lookup_type), intent(in) :: nodes
-    !> Gets its nodes.
+    !> Its nodes are set.
     type(mesh_type), intent(inout) :: mesh
     integer, allocatable :: number(:)
     integer :: i, n
@@ -132,12 +132,12 @@ contains
     mesh%cell_nodes = number(mesh%cell_nodes)
   end subroutine keep_used_nodes
 
-  !> Node and cell sets.
+  !> Converts the node and cell sets.
   subroutine take_sets(raw, nodes, cells, mesh)
     class(raw_mesh_type), intent(inout) :: raw
     !> Its nodes and cells.
     type(lookup_type), intent(in) :: nodes, cells
-    !> Gets its sets.
+    !> Its sets are set.
     type(mesh_type), intent(inout) :: mesh
     type(lookup_type) :: used
     integer, allocatable :: items(:)
@@ -163,12 +163,12 @@ contains
     end associate
   end subroutine take_sets
 
-  !> Labels a set writes out one by one must exist.
+  !> Checks that the labels listed individually in a set exist.
   subroutine require_labels(raw, kind, number, lookup)
     class(raw_mesh_type), intent(inout) :: raw
     !> Kind of the set and its number.
     integer, intent(in) :: kind, number
-    !> What there is.
+    !> Existing labels.
     type(lookup_type), intent(in) :: lookup
     integer :: k
 
@@ -184,10 +184,10 @@ contains
     end associate
   end subroutine require_labels
 
-  !> Indices of labels, sorted, each once; labels that are not there are left out.
+  !> Returns the indices of labels, sorted, without duplicates; missing labels are skipped.
   pure subroutine indices(set, lookup, items)
     type(label_set_type), intent(in) :: set
-    !> Where the labels stand.
+    !> Positions of the labels.
     type(lookup_type), intent(in) :: lookup
     !> Indices.
     integer, allocatable, intent(out) :: items(:)
@@ -206,11 +206,11 @@ contains
     items = pack(found(:n), [(k == 1 .or. found(k) /= found(max(1, k - 1)), k=1, n)])
   end subroutine indices
 
-  !> Surfaces: faces by rising cell and face, each once.
+  !> Converts the surfaces: faces by ascending cell and face, without duplicates.
   subroutine take_surfaces(raw, cells, mesh)
     class(raw_mesh_type), intent(inout) :: raw
     type(lookup_type), intent(in) :: cells
-    !> Gets its surfaces.
+    !> Its surfaces are set.
     type(mesh_type), intent(inout) :: mesh
     integer, allocatable :: faces(:, :), order(:)
     logical, allocatable :: new(:)
@@ -233,7 +233,7 @@ contains
     end do
   end subroutine take_surfaces
 
-  !> The elements of a surface must exist and have the faces.
+  !> Checks that the elements of a surface exist and have the given faces.
   subroutine require_faces(raw, number, cells)
     class(raw_mesh_type), intent(inout) :: raw
     !> Number of the surface.

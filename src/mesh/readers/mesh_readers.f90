@@ -1,9 +1,7 @@
-!> The interface to mesh files.
+!> Interface to mesh files and to meshes defined in the deck.
 !>
-!> Meshes written in the deck itself.
-!>
-!> One element kind, nodes and elements by label. Repeated labels and unknown nodes are errors,
-!> nodes of no element are dropped (`qsmpm_mesh_from_labels`).
+!> A mesh in the deck has one element kind; its nodes and elements are given by label. Repeated labels and unknown nodes
+!> are errors; nodes without an element are removed (`qsmpm_mesh_from_labels`).
 module qsmpm_mesh_readers
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_mesh, only: mesh_type
@@ -23,13 +21,13 @@ module qsmpm_mesh_readers
 
 contains
 
-  !> Read a mesh file.
+  !> Reads a mesh file.
   subroutine read_mesh(path, format, mesh, error)
     character(len=*), intent(in) :: path
     !> GMSH or ABAQUS.
     character(len=*), intent(in) :: format
     type(mesh_type), intent(out) :: mesh
-    !> `path:line: what is wrong`.
+    !> Error message with path and line.
     type(error_type), allocatable, intent(out) :: error
     type(gmsh_file_type) :: gmsh
     type(abaqus_file_type) :: abaqus
@@ -46,17 +44,17 @@ contains
     end select
   end subroutine read_mesh
 
-  !> A mesh of one element kind from labels and coordinates.
+  !> Builds a mesh of one element kind from labels and coordinates.
   subroutine inline_mesh(kind, node_labels, nodes, element_labels, connectivity, mesh, error)
     !> Element kind.
     integer, intent(in) :: kind
     integer, intent(in) :: node_labels(:)
-    !> Their coordinates (3, nodes); in the plane z is not looked at.
+    !> Their coordinates (3, nodes); z is ignored in 2D.
     real(wp), intent(in) :: nodes(:, :)
     integer, intent(in) :: element_labels(:)
     !> Node labels (nodes per element, elements).
     integer, intent(in) :: connectivity(:, :)
-    !> The mesh without its neighbour tables.
+    !> The mesh without neighbour tables.
     type(mesh_type), intent(out) :: mesh
     !> Repeated or unknown labels, no elements, a wrong number of nodes.
     type(error_type), allocatable, intent(out) :: error

@@ -1,7 +1,7 @@
-!> A mesh as files and decks give it: nodes, cells and sets by label, each with its line.
+!> Mesh as it is given in files and decks: nodes, cells and sets by label, each with its line.
 !>
-!> A reader fills it entry by entry; its file is a raw mesh. Arrays grow by doubling and may be longer than the
-!> counts. `qsmpm_mesh_from_labels` checks it and translates labels to indices.
+!> A reader extends this type and fills it entry by entry. Arrays grow by doubling and may be longer than the counts.
+!> `qsmpm_mesh_from_labels` checks the mesh and converts labels to indices.
 module qsmpm_raw_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: fail, error_deck
@@ -40,26 +40,26 @@ module qsmpm_raw_mesh
 
   type :: raw_cell_type
     integer :: label = 0, kind = 0, line = 0
-    !> Labels of the nodes in the order of this program, then zeros.
+    !> Labels of the nodes in the order of this program, padded with zeros.
     integer :: nodes(max_nodes) = 0
   end type raw_cell_type
 
-  !> Nodes, cells and sets by label, and the file that the lines belong to; its path is not allocated for a mesh in the
-  !> deck.
+  !> Nodes, cells and sets by label, and the file to which the line numbers refer; its path is not allocated for a mesh
+  !> in the deck.
   type, extends(text_file_type) :: raw_mesh_type
     integer :: node_count = 0, cell_count = 0
     type(raw_node_type), allocatable :: nodes(:)
     type(raw_cell_type), allocatable :: cells(:)
-    !> Those of nodes, of cells and of faces.
+    !> Sets of nodes, of cells and of faces.
     type(label_sets_type) :: sets(3)
   end type raw_mesh_type
 
 contains
 
-  !> An empty mesh with room for so many entries.
+  !> Allocates an empty mesh for a given number of entries.
   pure subroutine start_raw(raw, nodes, cells)
     class(raw_mesh_type), intent(inout) :: raw
-    !> Numbers of nodes and cells that are expected; more may come.
+    !> Expected numbers of nodes and cells; the lists can grow.
     integer, intent(in) :: nodes, cells
     integer :: kind
 
@@ -69,7 +69,7 @@ contains
     end do
   end subroutine start_raw
 
-  !> Append a node.
+  !> Appends a node.
   pure subroutine add_node(raw, label, place, line)
     class(raw_mesh_type), intent(inout) :: raw
     !> Label of the node.
@@ -84,7 +84,7 @@ contains
     raw%nodes(raw%node_count) = raw_node_type(label, line, place)
   end subroutine add_node
 
-  !> Append a cell.
+  !> Appends a cell.
   pure subroutine add_cell(raw, label, kind, nodes, line)
     class(raw_mesh_type), intent(inout) :: raw
     !> Label of the cell; element kind; labels of its nodes in the order of this program.
@@ -98,12 +98,12 @@ contains
     raw%cells(raw%cell_count)%nodes(:size(nodes)) = nodes
   end subroutine add_cell
 
-  !> Place of a named set, appended when it is new.
+  !> Returns the position of a named set; a new set is appended.
   pure subroutine open_set(sets, name, place)
     type(label_set_type), allocatable, intent(inout) :: sets(:)
-    !> Name, as it is written.
+    !> Name in the spelling of the file.
     character(len=*), intent(in) :: name
-    !> Place of the set.
+    !> Position of the set.
     integer, intent(out) :: place
     type(label_set_type) :: set
 
@@ -115,13 +115,13 @@ contains
     sets = [sets, set]
   end subroutine open_set
 
-  !> Append labels to a set.
+  !> Appends labels to a set.
   pure subroutine append_labels(set, labels, face, lines)
     type(label_set_type), intent(inout) :: set
     integer, intent(in) :: labels(:)
-    !> Local face of them all, 0 for nodes and cells.
+    !> Local face for all labels, 0 for nodes and cells.
     integer, intent(in) :: face
-    !> Line of each, 0 when the label need not exist.
+    !> Line of each label, 0 if the label need not exist.
     integer, intent(in) :: lines(:)
     integer :: last, k
 
@@ -133,11 +133,11 @@ contains
     set%count = last
   end subroutine append_labels
 
-  !> Error of a mesh, with path and line when it comes from a file.
+  !> Sets the error of a mesh, with path and line if it was read from a file.
   pure subroutine raw_mesh_error(raw, line, message)
-    !> Keeps its first error.
+    !> The first error is kept.
     class(raw_mesh_type), intent(inout) :: raw
-    !> Line the message is about, 0 for the file as a whole.
+    !> Line to which the message refers, 0 for the file as a whole.
     integer, intent(in) :: line
     character(len=*), intent(in) :: message
 

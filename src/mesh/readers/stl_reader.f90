@@ -1,8 +1,8 @@
-!> Reader of STL files: triangles in space, ASCII or binary.
+!> Reader of STL files: triangles in 3D, ASCII or binary.
 !>
-!> Only the corners are kept; the normals written beside them are not looked at, outside is where the
-!> corners run counter-clockwise. Names and attributes are passed over. Whether the triangles close a
-!> solid is left to `qsmpm_polyhedron_check`.
+!> Only the corners are stored; the normals in the file are ignored, and the outer side is the one from which the
+!> corners are counter-clockwise. Names and attributes are ignored. Whether the triangles form a closed solid is checked
+!> by `qsmpm_polyhedron_check`.
 module qsmpm_stl_reader
   use, intrinsic :: iso_fortran_env, only: real32, int32
   use qsmpm_kinds, only: wp, long
@@ -19,13 +19,13 @@ module qsmpm_stl_reader
 
 contains
 
-  !> Read a file.
+  !> Reads a file.
   subroutine read_stl(path, facets, error)
     !> Path of the file.
     character(len=*), intent(in) :: path
     !> Corners of the triangles (3, 3, n).
     real(wp), allocatable, intent(out) :: facets(:, :, :)
-    !> What is wrong, with the path, and the line of an ASCII file.
+    !> Error with the path, and the line of an ASCII file.
     type(error_type), allocatable, intent(out) :: error
     type(text_file_type) :: file
     integer(long) :: announced
@@ -48,11 +48,11 @@ contains
     end if
   end subroutine read_stl
 
-  !> A little-endian number of four bytes.
+  !> Little-endian integer of four bytes.
   pure integer(int32) function integer_at(bytes, place) result(value)
     !> The file.
     character(len=*), intent(in) :: bytes
-    !> Place of the first byte.
+    !> Position of the first byte.
     integer(long), intent(in) :: place
     integer :: i
 
@@ -62,7 +62,7 @@ contains
     end do
   end function integer_at
 
-  !> Triangles of a binary file: normal, three corners and two bytes each.
+  !> Reads the triangles of a binary file: normal, three corners and two bytes each.
   pure subroutine read_binary(file, count, facets)
     type(text_file_type), intent(inout) :: file
     !> Number of triangles.
@@ -88,7 +88,7 @@ contains
     end do
   end subroutine read_binary
 
-  !> Triangles of an ASCII file.
+  !> Reads the triangles of an ASCII file.
   subroutine read_ascii(file, facets)
     type(text_file_type), intent(inout) :: file
     !> Corners (3, 3, n).
@@ -115,12 +115,12 @@ contains
     if (mod(n, 3) /= 0) call file_error(file, 'the file ends inside of a facet')
   end subroutine read_ascii
 
-  !> A corner out of the words of a line.
+  !> Reads a corner from the words of a line.
   subroutine add_corner(file, words, corners, n)
     type(text_file_type), intent(inout) :: file
     !> The word vertex and three coordinates.
     type(string_type), intent(in) :: words(:)
-    !> Corners so far (3, room) and their number.
+    !> Corners so far (3, allocated length) and their number.
     real(wp), allocatable, intent(inout) :: corners(:, :)
     integer, intent(inout) :: n
     integer :: i

@@ -1,8 +1,8 @@
-!> A text file as lines of words, with the place for messages.
+!> Text file as lines of words, with its first error.
 !>
-!> The file is held in memory, so lines have any length and a reader can tell whether a number of
-!> entries a file announces can be in it at all. What the words mean is left to the readers. The file keeps the first
-!> thing that was wrong, and nothing is read behind it: a reader need not look after every word.
+!> The file is stored in memory, so that lines have any length and a reader can check whether the rest of the file can
+!> contain a given number of entries. The readers interpret the words. The first error is stored, and nothing is read
+!> after it, so that a reader need not check for errors after every word.
 module qsmpm_text_file
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_deck
@@ -14,26 +14,26 @@ module qsmpm_text_file
   public :: text_file_type, open_text, next_line, next_words, unquoted, bytes_left, file_error, word_integer, &
     word_label, word_real
 
-  !> A file read as a whole, and where the reader stands.
+  !> A file in memory, and the position of the reader.
   type :: text_file_type
     character(len=:), allocatable :: path, bytes
-    !> First byte that is not read yet.
+    !> First byte not read yet.
     integer(long) :: place = 1
-    !> Line read last, from 1.
+    !> Number of the last line read, from 1.
     integer :: line = 0
-    !> `path:line: what is wrong`, the first one.
+    !> First error, `path:line: message`.
     type(error_type), allocatable :: error
   end type text_file_type
 
 contains
 
-  !> Read a file into memory.
+  !> Reads a file into memory.
   subroutine open_text(path, file)
     !> Path of any length.
     character(len=*), intent(in) :: path
-    !> The file, before its first line.
+    !> File, positioned before its first line.
     class(text_file_type), intent(inout) :: file
-    !> Bytes some editors mark UTF-8 with.
+    !> UTF-8 byte order mark that some editors write.
     character(len=3), parameter :: mark = char(239)//char(187)//char(191)
     type(error_type), allocatable :: unread
 
@@ -46,13 +46,13 @@ contains
     end if
   end subroutine open_text
 
-  !> The next line without its end.
+  !> Returns the next line without its line end.
   subroutine next_line(file, line, more)
-    !> The file; it moves on by one line.
+    !> File, advanced by one line.
     class(text_file_type), intent(inout) :: file
-    !> The line, empty behind the last.
+    !> The line, empty after the last one.
     character(len=:), allocatable, intent(out) :: line
-    !> False behind the last line.
+    !> False after the last line.
     logical, intent(out) :: more
     integer(long) :: length
 
@@ -67,13 +67,13 @@ contains
     file%place = file%place + length + 1
   end subroutine next_line
 
-  !> Words of the next line that is not blank.
+  !> Returns the words of the next line that is not blank.
   subroutine next_words(file, words, more)
-    !> The file; it moves on.
+    !> File, advanced by the lines read.
     class(text_file_type), intent(inout) :: file
-    !> The words, none behind the last line; older ones are dropped.
+    !> The words, none after the last line; older ones are deleted.
     type(string_type), allocatable, intent(inout) :: words(:)
-    !> False behind the last line.
+    !> False after the last line.
     logical, intent(out) :: more
     character(len=:), allocatable :: line
 
@@ -84,11 +84,11 @@ contains
     end do
   end subroutine next_words
 
-  !> Words between blanks; a name in double quotes is one word.
+  !> Splits a line into words at blanks; a name in double quotes is one word.
   pure subroutine words_of(line, words)
     !> Any text.
     character(len=*), intent(in) :: line
-    !> The words in order, quotes kept; older ones are dropped.
+    !> The words in order, quotes kept; older ones are deleted.
     type(string_type), allocatable, intent(inout) :: words(:)
     integer, allocatable :: first(:), last(:)
     logical :: quoted, inside, blank
@@ -115,7 +115,7 @@ contains
     end do
   end subroutine words_of
 
-  !> A name without the double quotes around it.
+  !> Name without the enclosing double quotes.
   pure function unquoted(word) result(name)
     !> The name, with or without quotes.
     character(len=*), intent(in) :: word
@@ -126,14 +126,14 @@ contains
     if (word(1:1) == '"' .and. word(len(word):) == '"') name = stripped(word(2:len(word) - 1))
   end function unquoted
 
-  !> Bytes behind the reader.
+  !> Number of bytes not read yet.
   pure integer(long) function bytes_left(file) result(bytes)
     class(text_file_type), intent(in) :: file
 
     bytes = max(0_long, len(file%bytes, kind=long) - file%place + 1)
   end function bytes_left
 
-  !> Error at the line read last.
+  !> Sets an error at the last line read.
   pure subroutine file_error(file, message)
     class(text_file_type), intent(inout) :: file
     character(len=*), intent(in) :: message
@@ -142,7 +142,7 @@ contains
       file%path//':'//integer_text(file%line)//': '//message)
   end subroutine file_error
 
-  !> A whole number out of a word.
+  !> Reads an integer from a word.
   pure subroutine word_integer(file, word, value)
     class(text_file_type), intent(inout) :: file
     character(len=*), intent(in) :: word
@@ -154,7 +154,7 @@ contains
     if (outcome /= number_good) call file_error(file, "'"//word//"' is not a whole number")
   end subroutine word_integer
 
-  !> A label, that is a positive whole number, out of a word.
+  !> Reads a label, a positive integer, from a word.
   pure subroutine word_label(file, word, value)
     class(text_file_type), intent(inout) :: file
     character(len=*), intent(in) :: word
@@ -165,7 +165,7 @@ contains
     if (value < 1) call file_error(file, "'"//word//"' is not a positive label")
   end subroutine word_label
 
-  !> A number out of a word.
+  !> Reads a real number from a word.
   pure subroutine word_real(file, word, value)
     class(text_file_type), intent(inout) :: file
     character(len=*), intent(in) :: word
