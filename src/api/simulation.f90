@@ -225,7 +225,7 @@ contains
     if (.not. allocated(error)) call need_vector(self, vector, error)
     if (.not. allocated(error)) call check_name(self%scene%surfaces, surface, 'surface', error)
     if (allocated(error)) return
-    ! The setting of what supports the load is that of the last definition.
+    ! The carrier of the load (surface or material points) is that of the last definition.
     do p = 1, number
       do i = 1, size(self%scene%phases(p)%tractions)
         associate (known => self%scene%phases(p)%tractions(i))
