@@ -48,7 +48,7 @@ contains
   !> those of the last call.
   subroutine number_equations(equations, connectivity, constrained, matrix, changed, error, places)
     type(equations_type), intent(inout) :: equations
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(in) :: connectivity
     !> Constrained components (dimension, node_count).
     logical, intent(in) :: constrained(:, :)
@@ -86,7 +86,7 @@ contains
   !> True when nothing that shapes the pattern has changed.
   pure logical function same_patches(equations, connectivity, constrained) result(same)
     type(equations_type), intent(in) :: equations
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(in) :: connectivity
     logical, intent(in) :: constrained(:, :)
 

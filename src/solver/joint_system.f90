@@ -67,7 +67,7 @@ contains
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
-    !> What the deck asks for.
+    !> Output requested in the deck.
     type(solver_choice_type), intent(in) :: choice
     !> Equations of this process, numbered, and the pattern of its matrix.
     type(equations_type), intent(in) :: equations
@@ -381,7 +381,7 @@ contains
   !> Entries whose rows are own in the joint numbering, or whose nodes are beside what belongs to none; every entry
   !> between the latter. Of one triangle of it, or of both.
   pure subroutine list_entries(matrix, number, own, common, triangle, sent, entries)
-    !> Of this process.
+    !> Value of this process.
     type(sparse_matrix_type), intent(in) :: matrix
     !> Which of all equations those of this process are, which are own, and which belong to no node (equations).
     integer, intent(in) :: number(:)
@@ -448,7 +448,7 @@ contains
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
-    !> Of this process.
+    !> Value of this process.
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
     type(error_type), allocatable, intent(out) :: error
@@ -471,7 +471,7 @@ contains
   subroutine bring_matrix(joint, team, matrix)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
-    !> Of this process.
+    !> Value of this process.
     type(sparse_matrix_type), intent(in) :: matrix
     real(wp), allocatable :: values(:)
     integer, allocatable :: first(:)
@@ -504,14 +504,14 @@ contains
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
-    !> Of this process.
+    !> Value of this process.
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Right-hand side, good at own equations (equations).
+    !> Right-hand side, valid at owned equations (equations).
     real(wp), intent(in) :: rhs(:)
     !> Residual allowed relative to it where the solution is iterated.
     real(wp), intent(in) :: tolerance
-    !> Solution, good at all equations of this process.
+    !> Solution, valid at all equations of this process.
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
@@ -539,9 +539,9 @@ contains
     type(joint_system_type), intent(in) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
-    !> Right-hand side, good at own equations (equations).
+    !> Right-hand side, valid at owned equations (equations).
     real(wp), intent(in) :: rhs(:)
-    !> Solution, good at all equations of this process.
+    !> Solution, valid at all equations of this process.
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: all_rhs(joint%count), all_x(joint%count)

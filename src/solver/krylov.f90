@@ -20,7 +20,7 @@ module qsmpm_krylov
   !> Directions of GMRES before a restart.
   integer, parameter :: directions = 40
 
-  !> When to stop.
+  !> Stopping criteria.
   type :: krylov_limits_type
     !> Residual wanted, relative to the right-hand side.
     real(wp) :: tolerance = 1.0e-10_wp
@@ -31,7 +31,7 @@ module qsmpm_krylov
     real(wp) :: rate = 1.0_wp
   end type krylov_limits_type
 
-  !> How it went.
+  !> Record of the solution.
   type :: krylov_result_type
     logical :: converged = .false.
     integer :: sweeps = 0
@@ -49,11 +49,11 @@ contains
     class(linear_solver_type), intent(inout) :: preconditioner
     !> Right-hand side b (n).
     real(wp), intent(in) :: rhs(:)
-    !> When to stop.
+    !> Stopping criteria.
     type(krylov_limits_type), intent(in) :: limits
     !> Solution (n).
     real(wp), intent(out) :: x(:)
-    !> How it went.
+    !> Record of the solution.
     type(krylov_result_type), intent(out) :: outcome
     type(error_type), allocatable :: error
     real(wp), allocatable :: r(:), z(:), p(:), q(:)
@@ -93,11 +93,11 @@ contains
     class(linear_solver_type), intent(inout) :: preconditioner
     !> Right-hand side b (n).
     real(wp), intent(in) :: rhs(:)
-    !> When to stop.
+    !> Stopping criteria.
     type(krylov_limits_type), intent(in) :: limits
     !> Solution (n).
     real(wp), intent(out) :: x(:)
-    !> How it went.
+    !> Record of the solution.
     type(krylov_result_type), intent(out) :: outcome
     type(error_type), allocatable :: error
     real(wp), allocatable :: basis(:, :), r(:), z(:)
@@ -205,9 +205,9 @@ contains
   logical function judged(residual, limits, outcome)
     !> Residual relative to the right-hand side.
     real(wp), intent(in) :: residual
-    !> When to stop.
+    !> Stopping criteria.
     type(krylov_limits_type), intent(in) :: limits
-    !> How it went.
+    !> Record of the solution.
     type(krylov_result_type), intent(inout) :: outcome
     !> Sweeps before the rate is judged.
     integer, parameter :: trial = 4
@@ -227,9 +227,9 @@ contains
     real(wp), intent(in) :: rhs(:)
     !> Solution (n).
     real(wp), intent(in) :: x(:)
-    !> When to stop.
+    !> Stopping criteria.
     type(krylov_limits_type), intent(in) :: limits
-    !> How it went.
+    !> Record of the solution.
     type(krylov_result_type), intent(inout) :: outcome
     !> Factor by which the true residual may be the larger.
     real(wp), parameter :: drift = 10.0_wp

@@ -82,7 +82,7 @@ contains
   !> The kind of solver to number the next equations for: that of the deck, but for what has failed.
   pure integer function kind_for(system, choice)
     type(linear_system_type), intent(in) :: system
-    !> What the deck asks for.
+    !> Output requested in the deck.
     type(solver_choice_type), intent(in) :: choice
 
     kind_for = choice%kind
@@ -120,7 +120,7 @@ contains
   !> Make a solver for a new pattern and analyse it; nothing is made where there are no equations.
   subroutine start_system(system, choice, matrix, bandwidth, symmetric, dimension, error, number, places)
     type(linear_system_type), intent(inout) :: system
-    !> What the deck asks for.
+    !> Output requested in the deck.
     type(solver_choice_type), intent(in) :: choice
     !> Matrix of the new pattern.
     type(sparse_matrix_type), intent(in) :: matrix

@@ -243,7 +243,7 @@ contains
     if (number < 0) count_of = -1000000_long*number
   end function count_of
 
-  !> A failure of the library as an error.
+  !> Converts a failure of the library to an error.
   subroutine library_error(mumps, error)
     type(dmumps_struc), intent(in) :: mumps
     type(error_type), allocatable, intent(out) :: error

@@ -30,7 +30,7 @@ contains
 
   !> Graph of the nodes of patches, in compressed rows without self loops, neighbours sorted.
   pure subroutine node_graph(connectivity, node_count, active, graph_node, first, neighbour)
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(in) :: connectivity
     !> Number of nodes.
     integer, intent(in) :: node_count
@@ -98,7 +98,7 @@ contains
 
   !> Where each node stands: patches and the positions in them, in compressed rows.
   pure subroutine list_places(connectivity, node_count, first, patch, position)
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(in) :: connectivity
     integer, intent(in) :: node_count
     !> First places of the rows (node_count+1), patches and positions (listed nodes).

@@ -208,12 +208,12 @@ contains
   subroutine solve_shared_rows(rows, team, rhs, tolerance, most_sweeps, x, error)
     type(shared_rows_type), intent(inout) :: rows
     type(team_type), intent(in) :: team
-    !> Right-hand side, good at own equations (equations).
+    !> Right-hand side, valid at owned equations (equations).
     real(wp), intent(in) :: rhs(:)
     !> Residual allowed relative to it, and sweeps.
     real(wp), intent(in) :: tolerance
     integer, intent(in) :: most_sweeps
-    !> Solution, good at all equations of this process.
+    !> Solution, valid at all equations of this process.
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: own_x(size(rows%own))

@@ -228,7 +228,7 @@ contains
     if (allocated(self%b)) deallocate (self%b, self%y)
   end procedure release
 
-  !> A failure of the library as an error.
+  !> Converts a failure of the library to an error.
   subroutine library_error(status, error)
     integer(c_int), intent(in) :: status
     type(error_type), allocatable, intent(out) :: error

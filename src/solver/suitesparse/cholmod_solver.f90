@@ -179,7 +179,7 @@ contains
     if (allocated(self%row)) deallocate (self%row)
   end subroutine release
 
-  !> A failure of the library as an error.
+  !> Converts a failure of the library to an error.
   subroutine library_error(status, error)
     !> CHOLMOD's status.
     integer(c_int), intent(in) :: status

@@ -219,7 +219,7 @@ contains
     if (allocated(self%values)) deallocate (self%values)
   end subroutine release
 
-  !> A failure of the library as an error.
+  !> Converts a failure of the library to an error.
   subroutine library_error(status, error)
     !> UMFPACK's status.
     integer(c_int), intent(in) :: status
