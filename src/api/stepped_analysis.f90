@@ -422,7 +422,7 @@ contains
   subroutine checkpoint(self, snapshot, error)
     class(stepped_analysis_type), intent(in) :: self
     type(snapshot_type), intent(out) :: snapshot
-    !> Checks that there is a model.
+    !> Set when there is no model.
     type(error_type), allocatable, intent(out) :: error
 
     call need_model(self, error)

@@ -41,7 +41,7 @@ contains
 
   !> Returns the tensor with given principal values and directions.
   pure function compose(values, vectors) result(a)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(in) :: values(3), vectors(3, 3)
     real(wp) :: a(3, 3)
     integer :: i, j
@@ -85,7 +85,7 @@ contains
 
   !> Replaces changes dS by the corresponding changes dR.
   pure subroutine isotropic_change(vectors, derivative, quotient, n, change)
-    !> Principal directions, one a column (3,3); dr_a/ds_b (3,3).
+    !> Principal directions, one per column (3,3); dr_a/ds_b (3,3).
     real(wp), intent(in) :: vectors(3, 3), derivative(3, 3)
     !> Quotients of the pairs 12, 13, 23 (3).
     real(wp), intent(in) :: quotient(3)

@@ -201,7 +201,6 @@ contains
 
   !> Locks a file until it is unlocked or the process ends in any way. Returns its descriptor, -1 after a failure, or
   !> -2 if it is locked by another process.
-  !> another one has it.
   integer function lock_file(path, holder)
     !> Name of the file, which is created.
     character(len=*), intent(in) :: path

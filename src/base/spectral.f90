@@ -31,7 +31,7 @@ contains
   pure subroutine spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(out) :: values(3), vectors(3, 3)
 
     if (abs(a(1, 3)) + abs(a(2, 3)) <= tiny(1.0_wp)) then
@@ -45,7 +45,7 @@ contains
   pure subroutine solid_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: d(3, 3), mean, p, x
 
@@ -170,7 +170,7 @@ contains
   pure subroutine plane_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: mean, radius, c, s
 
@@ -187,7 +187,7 @@ contains
   pure subroutine jacobi_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: b(3, 3), small
     integer :: sweep

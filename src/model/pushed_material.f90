@@ -4,7 +4,6 @@
 !> next step acts on a cell that is less full. After half a cell the material follows by only four fifths of the
 !> prescribed displacement and the reaction is that of another problem. Points on the faces of a set, on the side
 !> against which it is pushed, therefore move with the material; over all of them
-!> pushed against, ride with the material; over all of them
 !>
 !>   lag = 1 - sum(displacement along the push)/sum(displacement prescribed)
 !>

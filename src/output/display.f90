@@ -28,7 +28,7 @@ module qsmpm_display
   real(wp), parameter :: seconds_between_refreshments = 0.1_wp
 
   integer, parameter :: standard_output = 1, error_output = 2
-  !> Returns to the start of the line and clears it.
+  !> Escape sequence that clears the line.
   character(len=*), parameter :: clear_line = achar(13)//achar(27)//'[K'
 
   !> State of the display.

@@ -257,7 +257,7 @@ contains
     call recorder%note(text)
   end subroutine log_savings
 
-  !> At the start of a phase, writes the first picture of a record unless there is one.
+  !> Writes the first picture of a record at the start of a phase, unless there is one.
   subroutine phase_begun(self, model, error)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -325,7 +325,7 @@ contains
     end if
   end subroutine write_row
 
-  !> At the end of a phase, writes all files that have not been written for this step.
+  !> Writes all files at the end of a phase that have not been written for this step.
   subroutine phase_done(self, model, error)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model

@@ -314,7 +314,7 @@ contains
     type(phase_end_type), intent(in) :: ended
     !> Number of its steps.
     integer, intent(in) :: steps
-    !> Factor of safety; zeros for none.
+    !> Factor of safety (stable, failed); zeros for none.
     real(wp), intent(in) :: factor(2)
     character(len=10) :: words
 

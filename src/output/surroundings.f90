@@ -3,10 +3,10 @@
 !> items:
 !>
 !>   rigid_bodies/BBBBBB   body of that number: `pose` (displacement, rotation as axis times angle in radians), `force`
-!>                         (force and moment of the soil on it), and `outline` (corners, 3) in the plane; `plane` (a
-!>                         point and the normal, 3); in space `ball` (centre and radius)
+!>                         (force and moment of the soil on it), and `outline` (corners, 3) in plane models; `plane` (a
+!>                         point and the normal, 3); in 3D `ball` (centre and radius)
 !>   contacts              surface points that may touch a body, and contact points of bodies (surface 0): `position`,
-!>                         `normal` of the soil, `extent` (length in the plane, area in space), `pressure`, `shear`,
+!>                         `normal` of the soil, `extent` (length in plane models, area in 3D), `pressure`, `shear`,
 !>                         `slip`, `surface` and `body` by number
 !>   water/NNNNNN          vertices of a level, between the ends of the mesh, or of the body to which it belongs
 !>

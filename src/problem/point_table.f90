@@ -23,7 +23,7 @@ contains
 
   !> Returns whether a quantity is a stress.
   pure logical function is_stress(driven)
-    !> One of lead_*.
+    !> One of driven_*.
     integer, intent(in) :: driven
 
     is_stress = driven > driven_stress .or. any(driven == [driven_axial_stress, driven_deviator, driven_cell_pressure, &

@@ -150,7 +150,7 @@ contains
     end do
   end subroutine fill_band
 
-  !> Cholesky factorisation; a pivot l(i,i)**2 is checked relative to its diagonal entry.
+  !> Computes the Cholesky factors; a pivot l(i,i)**2 is checked relative to its diagonal entry.
   subroutine factorise_symmetric(self, error)
     class(band_solver_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -175,7 +175,7 @@ contains
     end do
   end subroutine factorise_symmetric
 
-  !> LU factorisation; a pivot u(j,j) is checked relative to the largest entry of its column.
+  !> Computes the LU factors; a pivot u(j,j) is checked relative to the largest entry of its column.
   subroutine factorise_general(self, largest, error)
     class(band_solver_type), intent(inout) :: self
     !> Largest absolute value of each column (n).

@@ -120,7 +120,7 @@ contains
     end do
   end subroutine take_values
 
-  !> Left-looking L D L^T. Each finished row is in the list of the next column in which it is needed.
+  !> Computes L D L^T, left-looking. Each finished row is in the list of the next column in which it is needed.
   subroutine factorise_symmetric(self, broken)
     class(incomplete_solver_type), intent(inout) :: self
     !> Equation whose pivot is too small, 0 if all are valid.
@@ -191,7 +191,7 @@ contains
     end do
   end subroutine subtract
 
-  !> L U factorisation row by row.
+  !> Computes L U row by row.
   subroutine factorise_general(self, broken)
     class(incomplete_solver_type), intent(inout) :: self
     !> Equation whose pivot is too small, 0 if all are valid.

@@ -190,7 +190,7 @@ contains
     call agree(team, error)
   end subroutine put_together
 
-  !> After a failure of the joint solution, transfers the equations to the first process, which solves from then on.
+  !> Transfers the equations after a failure of the joint solution to the first process, which solves from then on.
   recursive subroutine give_way(joint, team, system, equations, matrix, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team

@@ -94,7 +94,7 @@ contains
     solver%symmetric = .true.
   end subroutine make_cholmod_solver
 
-  !> Symbolic factorisation. The rows of a symmetric matrix are its columns.
+  !> Computes the symbolic factorisation. The rows of a symmetric matrix are its columns.
   subroutine analyse_pattern(self, matrix, error)
     class(cholmod_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -108,7 +108,7 @@ contains
     if (.not. c_associated(self%handle)) call library_error(status, error)
   end subroutine analyse_pattern
 
-  !> Numeric factorisation.
+  !> Computes the numeric factorisation.
   subroutine factorise_values(self, matrix, error)
     class(cholmod_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix

@@ -113,7 +113,7 @@ contains
     solver%symmetric = .false.
   end subroutine make_umfpack_solver
 
-  !> Symbolic factorisation in the given order.
+  !> Computes the symbolic factorisation in the given order.
   subroutine analyse_pattern(self, matrix, error)
     class(umfpack_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -133,7 +133,7 @@ contains
     if (status /= status_ok) call library_error(status, error)
   end subroutine analyse_pattern
 
-  !> Numeric factorisation.
+  !> Computes the numeric factorisation.
   subroutine factorise_values(self, matrix, error)
     class(umfpack_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
