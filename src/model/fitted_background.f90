@@ -433,8 +433,8 @@ contains
     stands = .not. traits%friction_angle > 0.0_wp .or. traits%cohesion >= weights_of_cell*material%unit_weight*spacing
   end function stands
 
-  !> Returns the settlement of a layer of soil that can yield under its own weight, g D^2/(2 E), or four times q D/E under a load;
-  !> 0 if its law has no E.
+  !> Returns the settlement of a layer of soil that can yield, g D^2/(2 E) under its own weight or four times q D/E
+  !> under a load; 0 if its law has no E.
   elemental real(wp) function own_settlement(material, depth, load) result(settlement)
     type(material_type), intent(in) :: material
     real(wp), intent(in) :: depth, load

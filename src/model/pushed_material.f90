@@ -31,7 +31,7 @@ module qsmpm_pushed_material
 
   public :: watch_sets, note_push, check_following, lag_of
 
-  !> Lag above which a warning is issued, and above which the step is rejected.
+  !> Lag above which a warning is issued; lag above which an error is set.
   real(wp), parameter :: warned_from = 0.05_wp, refused = 0.2_wp
   !> A face is normal to an axis if its corners differ along that axis by less than this fraction of its size.
   real(wp), parameter :: flat = 1.0e-6_wp
@@ -245,7 +245,7 @@ contains
     end associate
   end function lag_of
 
-  !> Warns of material that does not follow; sets an error when it has lost its set.
+  !> Warns of material that lags behind its set; sets an error if the lag is too large.
   subroutine check_following(model, phase, warning, error)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase

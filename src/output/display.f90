@@ -20,8 +20,8 @@ module qsmpm_display
   !> Kinds of display: none, plain lines, a refreshed line, warnings and results only.
   integer, parameter, public :: display_none = 0, display_plain = 1, display_terminal = 2, display_quiet = 3
 
-  !> Fraction of the run after which a plain line is due, and the same in seconds; for long runs the interval grows
-  !> with the elapsed time, so that a run of a day has a few hundred lines.
+  !> Completed fraction and seconds after which a plain line is due; for long runs the interval in seconds grows with
+  !> the elapsed time, so that a run of a day has a few hundred lines.
   real(wp), parameter :: share_between_lines = 0.01_wp, seconds_between_lines = 1.0_wp
   real(wp), parameter :: growth_of_seconds = 0.01_wp
   !> Interval between updates of a terminal line in seconds.

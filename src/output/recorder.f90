@@ -268,8 +268,8 @@ contains
     call write_pictures(self, model, error)
   end subroutine phase_begun
 
-  !> Returns whether the whole model is required: the scene is larger than the model and derived from it, or a restart
-  !> file with ends of phases is due.
+  !> Returns whether the whole model is required: results of a scene larger than the model are derived from it, or a
+  !> restart file with ends of phases is due.
   logical function needs_model(self, model)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model

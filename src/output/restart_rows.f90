@@ -329,8 +329,8 @@ contains
     end do
   end subroutine put_carried
 
-  !> Allocates as many points as the file has in a set, or for a part of them; without points, their fields are those
-  !> of other points or of none.
+  !> Allocates as many points as the file has in a set, or a given number of them, with the fields of `like`, since an
+  !> empty set may have none.
   subroutine size_set(reader, group, like, carried, some)
     type(reader_type), intent(inout) :: reader
     !> Group of the set in the file.
