@@ -1,5 +1,4 @@
-!> What the words of the command line ask for. Nothing is guessed: an unknown word is an error that
-!> names the nearest known one.
+!> Parses the command line. Nothing is guessed: an unknown word is an error whose message names the nearest known word.
 module qsmpm_arguments
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: base_name
@@ -13,25 +12,25 @@ module qsmpm_arguments
   integer, parameter, public :: command_run = 1, command_check = 2, command_help = 3, &
     command_version = 4, command_markdown = 5, command_plan = 6, command_point = 7, command_json = 8
 
-  !> What is asked for.
+  !> A parsed command line.
   type :: command_type
     integer :: command = command_help
-    !> Path of the deck, or the keyword that help is wanted for (empty: the list).
+    !> Path of the deck, or keyword of `help` (empty: list of all keywords).
     character(len=:), allocatable :: subject
-    !> All decks of `point`.
+    !> All decks of the command `point`.
     type(string_type), allocatable :: decks(:)
-    !> Directory of the results and restart file, empty when not given.
+    !> Directory of the results and restart file; empty when not given.
     character(len=:), allocatable :: directory, restart
     integer :: threads = 1
-    !> Processes that a plan is made for.
+    !> Number of processes assumed by `plan`.
     integer :: ranks = 1
     logical :: quiet = .false.
-    !> The plan is wanted as JSON.
+    !> Whether `plan` writes JSON.
     logical :: json = .false.
     logical :: profile = .false.
-    !> Libraries of user materials are loaded by check and plan.
+    !> Whether `check` and `plan` load the libraries of user materials.
     logical :: plugins = .false.
-    !> Tangents are compared with differences.
+    !> Whether tangents are compared with finite differences.
     logical :: tangent = .false.
   end type command_type
 
@@ -45,7 +44,7 @@ module qsmpm_arguments
 
 contains
 
-  !> How the program is called.
+  !> Returns the usage text of the program.
   pure function usage_text() result(text)
     character(len=:), allocatable :: text
 
@@ -72,12 +71,12 @@ contains
       '    130 or 143 stopped by a signal (restart.h5 continues the run)'//newline
   end function usage_text
 
-  !> Understand the command line.
+  !> Parses the command line.
   pure subroutine parse_arguments(words, command, error)
-    !> The words behind the program's name.
+    !> The words after the program's name.
     type(string_type), intent(in) :: words(:)
     type(command_type), intent(out) :: command
-    !> Set when they are not understood.
+    !> Set when the arguments are invalid.
     type(error_type), allocatable, intent(out) :: error
 
     command%subject = ''
@@ -118,13 +117,14 @@ contains
     end select
   end subroutine parse_arguments
 
-  !> The words behind `check` or `plan`: the deck, and --plugins, and --json and --ranks (`plan`), before or behind it.
+  !> Parses the arguments of `check` and `plan`: the deck and the options --plugins and, for `plan`, --json and
+  !> --ranks.
   pure subroutine parse_look(words, name, command, error)
     type(string_type), intent(in) :: words(:)
-    !> The command.
+    !> Name of the command.
     character(len=*), intent(in) :: name
     type(command_type), intent(inout) :: command
-    !> Set when they are not understood.
+    !> Set when the arguments are invalid.
     type(error_type), allocatable, intent(out) :: error
     type(string_type) :: others(size(words))
     integer :: i, n
@@ -157,11 +157,11 @@ contains
     end if
   end subroutine parse_look
 
-  !> The words behind `help`.
+  !> Parses the arguments of `help`.
   pure subroutine parse_help(words, command, error)
     type(string_type), intent(in) :: words(:)
     type(command_type), intent(inout) :: command
-    !> Set when they are not understood.
+    !> Set when the arguments are invalid.
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
@@ -171,7 +171,7 @@ contains
       command%command = merge(command_markdown, command_json, words(1)%text == '--markdown')
       return
     end if
-    ! A keyword may have blanks: help MOHR COULOMB.
+    ! A keyword may contain blanks: help MOHR COULOMB.
     do i = 1, size(words)
       if (index(words(i)%text, '-') == 1) then
         call fail(error, error_other, "help: unknown option '"//words(i)%text//"'")
@@ -181,13 +181,13 @@ contains
     end do
   end subroutine parse_help
 
-  !> The words behind `run` or `point`: the deck and options in any order.
+  !> Parses the arguments of `run` and `point`: the deck and options in any order.
   pure subroutine parse_run(words, name, options, command, error)
     type(string_type), intent(in) :: words(:)
-    !> The command, and the options it has.
+    !> Name of the command; options it accepts.
     character(len=*), intent(in) :: name, options(:)
     type(command_type), intent(inout) :: command
-    !> Set when they are not understood.
+    !> Set when the arguments are invalid.
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
@@ -218,10 +218,10 @@ contains
     if (len(command%subject) == 0) call fail(error, error_other, name//': a deck is required')
   end subroutine parse_run
 
-  !> Each of several decks has results of its own.
+  !> Checks that the results of several decks have different names.
   pure subroutine check_jobs(decks, error)
     type(string_type), intent(in) :: decks(:)
-    !> Set when two have the same name.
+    !> Set when two decks have the same job name.
     type(error_type), allocatable, intent(out) :: error
     integer :: i, k
 
@@ -231,14 +231,14 @@ contains
     end do
   end subroutine check_jobs
 
-  !> An option of `run` or `point` and its value.
+  !> Parses an option of `run` or `point` and its value.
   pure subroutine parse_option(words, name, command, error)
-    !> The option, and the word behind it if there is one.
+    !> The option and the following word, if there is one.
     type(string_type), intent(in) :: words(:)
-    !> The command.
+    !> Name of the command.
     character(len=*), intent(in) :: name
     type(command_type), intent(inout) :: command
-    !> Set when they are not understood.
+    !> Set when the arguments are invalid.
     type(error_type), allocatable, intent(out) :: error
 
     if (size(words) < 2) then
@@ -260,13 +260,13 @@ contains
     end associate
   end subroutine parse_option
 
-  !> How many of something: an option and its number.
+  !> Parses an option whose value is a number.
   pure subroutine parse_count(words, name, count, error)
     type(string_type), intent(in) :: words(2)
-    !> The command.
+    !> Name of the command.
     character(len=*), intent(in) :: name
     integer, intent(inout) :: count
-    !> Set when it is no number from 1.
+    !> Set when the value is not an integer of at least 1.
     type(error_type), allocatable, intent(out) :: error
     integer :: status
 
@@ -278,9 +278,9 @@ contains
     end associate
   end subroutine parse_count
 
-  !> The nearest known word as a question, nothing when none is near.
+  !> Returns the nearest known word as a question, empty when none is near.
   pure function suggestion(word, known) result(text)
-    !> The unknown word; known words.
+    !> The unknown word; the known words.
     character(len=*), intent(in) :: word, known(:)
     character(len=:), allocatable :: text
     type(string_type) :: words(size(known))

@@ -1,4 +1,4 @@
-!> What a handle of the C interface stands for, and texts on their way from and to C.
+!> Handles of the C interface and the conversion of texts between C and Fortran.
 module qsmpm_c_handle
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_f_procpointer, c_funptr, &
     c_int, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
@@ -15,12 +15,13 @@ module qsmpm_c_handle
   public :: handle_type, logger_type, find_handle, is_handle, refuse, status_of, text_of, put_text, need_pointer, &
     put_integer, three_reals
 
-  !> Status of a call with a handle that is null.
+  !> Status of a call with a null handle.
   integer(c_int), parameter, public :: status_no_handle = 7
-  !> What a logger hears: nothing, sentences, sentences and steps.
+  !> Verbosity of the logger: nothing, messages, messages and steps.
   integer, parameter :: level_notes = 1, level_steps = 2
 
-  !> The observer of a C program: it hears of the end of a phase from the steps, and stops by not asking for the next.
+  !> Observer of a C program: receives notes and accepted steps. The program stops a run by not requesting the next
+  !> step.
   type, extends(silent_observer_type) :: logger_type
     type(c_funptr) :: procedure = c_null_funptr
     type(c_ptr) :: user = c_null_ptr
@@ -30,20 +31,20 @@ module qsmpm_c_handle
     procedure :: note
   end type logger_type
 
-  !> What a handle stands for.
+  !> Data of a handle.
   type :: handle_type
     class(problem_type), allocatable :: problem
     class(simulation_type), allocatable :: simulation
     class(snapshot_type), allocatable :: snapshot
     type(logger_type) :: logger
-    !> The deck that was read last has been initialised: materials given now would belong to nothing.
+    !> Whether the deck read last has been initialised; materials assigned after that would have no effect.
     logical :: initialised = .false.
-    !> Of the last call that can fail; unallocated where it did not.
+    !> Error of the last call that can fail; unallocated if it succeeded.
     type(error_type), allocatable :: error
   end type handle_type
 
   abstract interface
-    !> Hear a sentence.
+    !> Receives a message.
     subroutine c_logger(user, text) bind(c)
       import :: c_ptr, c_char
       type(c_ptr), value :: user
@@ -61,18 +62,18 @@ module qsmpm_c_handle
 
 contains
 
-  !> What a handle stands for; null for null.
+  !> Returns the data of a handle; null for a null pointer.
   subroutine find_handle(pointer, handle)
-    !> The handle.
+    !> Pointer held by the C program.
     type(c_ptr), intent(in) :: pointer
-    !> What it stands for.
+    !> Data of the handle.
     type(handle_type), pointer, intent(out) :: handle
 
     nullify (handle)
     if (c_associated(pointer)) call c_f_pointer(pointer, handle)
   end subroutine find_handle
 
-  !> Whether there is a handle, which has no error yet; the status says so where there is none.
+  !> Checks for a handle, clears its error and sets the status when there is no handle.
   logical function is_handle(pointer, handle, status)
     type(c_ptr), intent(in) :: pointer
     type(handle_type), pointer, intent(out) :: handle
@@ -85,7 +86,7 @@ contains
     if (allocated(handle%error)) deallocate (handle%error)
   end function is_handle
 
-  !> How a call ended: the code of its error, 0 for none.
+  !> Returns the status of a call: the code of its error, 0 for none.
   pure integer(c_int) function status_of(handle) result(status)
     type(handle_type), intent(in) :: handle
 
@@ -93,29 +94,29 @@ contains
     if (allocated(handle%error)) status = int(handle%error%code, c_int)
   end function status_of
 
-  !> An error of a call. Where a function is bound to the name of the module of errors, gfortran 12 calls that
-  !> function in place of the module's procedures: such a module calls this one.
+  !> Sets the error of a call. In a module that binds a function to the name of the module of errors, gfortran 12 calls
+  !> that function in place of the module's procedures; such a module calls this procedure instead.
   subroutine refuse(error, message)
     type(error_type), allocatable, intent(out) :: error
-    !> Sentence for the user.
+    !> Message for the user.
     character(len=*), intent(in) :: message
 
     call fail(error, error_other, message)
   end subroutine refuse
 
-  !> Set when an address is null.
+  !> Checks that an address is not null.
   subroutine need_pointer(pointer, name, error)
     !> The address.
     type(c_ptr), intent(in) :: pointer
-    !> What should be there, for the message.
+    !> Name of the argument, for the message.
     character(len=*), intent(in) :: name
-    !> Set when nothing is; kept when it was set before.
+    !> Set when the address is null; an error set before is retained.
     type(error_type), allocatable, intent(inout) :: error
 
     if (.not. c_associated(pointer) .and. .not. allocated(error)) call fail(error, error_other, name//' is null')
   end subroutine need_pointer
 
-  !> Put an integer where C wants it; nowhere for null.
+  !> Stores an integer at an address of C; does nothing for null.
   subroutine put_integer(value, pointer)
     integer, intent(in) :: value
     type(c_ptr), intent(in) :: pointer
@@ -126,7 +127,7 @@ contains
     place = int(value, c_int)
   end subroutine put_integer
 
-  !> Three reals of C; zeros for null.
+  !> Returns three reals stored at an address of C; zeros for null.
   function three_reals(pointer) result(values)
     type(c_ptr), intent(in) :: pointer
     real(c_double) :: values(3)
@@ -138,9 +139,9 @@ contains
     values = place
   end function three_reals
 
-  !> Text of a C string; empty for null.
+  !> Returns the text of a C string; empty for null.
   function text_of(pointer) result(text)
-    !> The string.
+    !> The C string.
     type(c_ptr), intent(in) :: pointer
     character(len=:), allocatable :: text
     character(kind=c_char), pointer :: characters(:)
@@ -156,12 +157,12 @@ contains
     end do
   end function text_of
 
-  !> Put a text into a buffer, cut off where it is too long; its length is the result.
+  !> Copies a text to a buffer, truncated if the buffer is too short; returns the length of the text.
   integer(c_int) function put_text(text, pointer, length) result(needed)
     character(len=*), intent(in) :: text
-    !> The buffer; may be null to ask for the length.
+    !> The buffer; null to request the length only.
     type(c_ptr), intent(in) :: pointer
-    !> Its size with the null character.
+    !> Size of the buffer including the null character.
     integer(c_int), intent(in) :: length
     character(kind=c_char), pointer :: characters(:)
     integer :: i, n
@@ -176,7 +177,7 @@ contains
     characters(n + 1) = c_null_char
   end function put_text
 
-  !> Tell of an accepted step.
+  !> Sends an accepted step to the logger.
   subroutine accepted(self, model, record, error)
     class(logger_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -186,7 +187,7 @@ contains
     if (self%level >= level_steps) call say(self, step_text(model, record))
   end subroutine accepted
 
-  !> Tell a sentence.
+  !> Sends a message to the logger.
   subroutine note(self, text)
     class(logger_type), intent(inout) :: self
     character(len=*), intent(in) :: text
@@ -194,7 +195,7 @@ contains
     if (self%level >= level_notes) call say(self, text)
   end subroutine note
 
-  !> Call the program's procedure.
+  !> Calls the logging procedure of the program.
   subroutine say(logger, text)
     class(logger_type), intent(in) :: logger
     character(len=*), intent(in) :: text

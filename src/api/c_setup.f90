@@ -1,4 +1,4 @@
-!> C interface: handles, decks, materials, errors (qsmpm.h).
+!> C interface: handles, decks, materials and errors (qsmpm.h).
 module qsmpm_c_setup
   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_funptr, c_int, c_loc, c_null_ptr, c_ptr
   use qsmpm_c_handle, only: handle_type, find_handle, is_handle, status_of, need_pointer, refuse, text_of, put_text, &
@@ -11,33 +11,33 @@ module qsmpm_c_setup
 
 contains
 
-  !> Version of this interface: 10000 major + 100 minor + patch.
+  !> Returns the version of this interface: 10000 major + 100 minor + patch.
   integer(c_int) function c_api_version() bind(c, name='qsmpm_api_version') result(number)
 
     number = int(api_version, c_int)
   end function c_api_version
 
-  !> Name, version and make of the library; the result is the length of the text.
+  !> Returns name, version and build options of the library; the result is the length of the text.
   integer(c_int) function c_version(buffer, length) bind(c, name='qsmpm_version') result(needed)
-    !> Where the text goes.
+    !> Buffer for the text.
     type(c_ptr), value :: buffer
-    !> Its size.
+    !> Size of the buffer.
     integer(c_int), value :: length
 
     needed = put_text(program_name(), buffer, length)
   end function c_version
 
-  !> 1 where something optional is there, else 0.
+  !> Returns 1 if an optional feature is available, otherwise 0.
   integer(c_int) function c_has(feature) bind(c, name='qsmpm_has') result(answer)
-    !> Its name.
+    !> Name of the feature.
     type(c_ptr), value :: feature
 
     answer = merge(1_c_int, 0_c_int, has_feature(text_of(feature)))
   end function c_has
 
-  !> A new handle.
+  !> Creates a handle.
   integer(c_int) function c_create(place) bind(c, name='qsmpm_create') result(status)
-    !> Where the handle goes; it is null with a status.
+    !> Receives the handle; null on failure.
     type(c_ptr), value :: place
     type(c_ptr), pointer :: pointer
     type(handle_type), pointer :: handle
@@ -55,13 +55,13 @@ contains
     status = 0
   end function c_create
 
-  !> Give a handle and all that it holds back; it is null afterwards.
+  !> Frees a handle and all its data and sets it to null.
   integer(c_int) function c_destroy(place) bind(c, name='qsmpm_destroy') result(status)
-    !> Where the handle is; null is none.
+    !> Address of the handle; a null handle is allowed.
     type(c_ptr), value :: place
     type(c_ptr), pointer :: pointer
     type(handle_type), pointer :: handle
-    ! Freed by one call (qsmpm_model).
+    ! Deallocated by one call (qsmpm_model).
     class(handle_type), pointer :: whole
 
     status = 0
@@ -75,11 +75,11 @@ contains
     deallocate (whole)
   end function c_destroy
 
-  !> Sentence of the last call that failed, empty after one that did not; the result is its length.
+  !> Returns the message of the last call if it failed, otherwise an empty text; the result is its length.
   integer(c_int) function c_error(pointer, buffer, length) bind(c, name='qsmpm_error') result(needed)
-    !> The handle; where the text goes.
+    !> The handle; buffer for the text.
     type(c_ptr), value :: pointer, buffer
-    !> Its size.
+    !> Size of the buffer.
     integer(c_int), value :: length
     type(handle_type), pointer :: handle
     character(len=:), allocatable :: text
@@ -94,11 +94,11 @@ contains
     needed = put_text(text, buffer, length)
   end function c_error
 
-  !> What the reader of the deck has to say, one sentence a line; the result is its length.
+  !> Returns the messages of the deck reader, one per line; the result is the length of the text.
   integer(c_int) function c_messages(pointer, buffer, length) bind(c, name='qsmpm_messages') result(needed)
-    !> The handle; where the text goes.
+    !> The handle; buffer for the text.
     type(c_ptr), value :: pointer, buffer
-    !> Its size.
+    !> Size of the buffer.
     integer(c_int), value :: length
     type(handle_type), pointer :: handle
     character(len=:), allocatable :: text
@@ -111,7 +111,7 @@ contains
     needed = put_text(text, buffer, length)
   end function c_messages
 
-  !> Read a deck from its file.
+  !> Reads a deck from a file.
   integer(c_int) function c_read_deck(pointer, path) bind(c, name='qsmpm_read_deck') result(status)
     !> The handle; path of the deck.
     type(c_ptr), value :: pointer, path
@@ -123,9 +123,9 @@ contains
     status = status_of(handle)
   end function c_read_deck
 
-  !> Read a deck that is at hand as text.
+  !> Reads a deck from a text in memory.
   integer(c_int) function c_parse_deck(pointer, deck, job) bind(c, name='qsmpm_parse_deck') result(status)
-    !> The handle; text of the deck, lines ended by newline; name of the job.
+    !> The handle; text of the deck, lines ended by newline; job name.
     type(c_ptr), value :: pointer, deck, job
     type(handle_type), pointer :: handle
 
@@ -135,14 +135,14 @@ contains
     status = status_of(handle)
   end function c_parse_deck
 
-  !> Give a material of the deck a model of the program's own, before initialise.
+  !> Assigns a user-defined soil model to a material of the deck, before initialise.
   function c_set_material(pointer, material, options, start, update, user) &
     bind(c, name='qsmpm_set_material') result(status)
-    !> The handle; name of the material in the deck; what the model is like.
+    !> The handle; name of the material in the deck; properties of the soil model.
     type(c_ptr), value :: pointer, material, options
-    !> State of a point with a given stress, null for zeros; one step of one point.
+    !> Procedure for the state at a given stress, null for zeros; procedure for one step of one point.
     type(c_funptr), value :: start, update
-    !> Handed to both.
+    !> User pointer passed to both procedures.
     type(c_ptr), value :: user
     integer(c_int) :: status
     type(handle_type), pointer :: handle
@@ -169,9 +169,9 @@ contains
     status = status_of(handle)
   end function c_set_material
 
-  !> Copy what the model is like.
+  !> Copies the properties of a soil model.
   pure subroutine fill(options, model)
-    !> As C says it.
+    !> Properties in the C structure.
     type(c_model_options_type), intent(in) :: options
     type(callback_model_type), intent(inout) :: model
 
@@ -184,10 +184,10 @@ contains
     model%shear_scale = options%shear_scale
   end subroutine fill
 
-  !> Threads that the analysis may use.
+  !> Sets the number of threads of the analysis.
   integer(c_int) function c_set_threads(pointer, threads) bind(c, name='qsmpm_set_threads') result(status)
     type(c_ptr), value :: pointer
-    !> From 1.
+    !> At least 1.
     integer(c_int), value :: threads
     type(handle_type), pointer :: handle
 
@@ -197,12 +197,12 @@ contains
     status = status_of(handle)
   end function c_set_threads
 
-  !> A procedure that hears sentences.
+  !> Sets the procedure that receives messages.
   integer(c_int) function c_set_logger(pointer, logger, user) bind(c, name='qsmpm_set_logger') result(status)
     type(c_ptr), value :: pointer
-    !> It; null for none.
+    !> The procedure; null for none.
     type(c_funptr), value :: logger
-    !> Handed to it.
+    !> User pointer passed to the procedure.
     type(c_ptr), value :: user
     type(handle_type), pointer :: handle
 
@@ -212,10 +212,10 @@ contains
     status = status_of(handle)
   end function c_set_logger
 
-  !> What the logger hears.
+  !> Sets what the logger receives.
   integer(c_int) function c_set_verbosity(pointer, level) bind(c, name='qsmpm_set_verbosity') result(status)
     type(c_ptr), value :: pointer
-    !> 0 nothing, 1 sentences, 2 sentences and steps.
+    !> 0 nothing, 1 messages, 2 messages and steps.
     integer(c_int), value :: level
     type(handle_type), pointer :: handle
 

@@ -1,4 +1,4 @@
-!> C interface: stepping, results, states, the load program, values and names (qsmpm.h).
+!> C interface: stepping, results, states, load program, values and names (qsmpm.h).
 module qsmpm_c_stepping
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_loc, c_null_ptr
   use qsmpm_c_handle, only: handle_type, find_handle, is_handle, status_of, need_pointer, text_of, three_reals, &
@@ -10,7 +10,7 @@ module qsmpm_c_stepping
 
 contains
 
-  !> Mesh, seed and make ready to step.
+  !> Generates the mesh and the material points and prepares the analysis for stepping.
   integer(c_int) function c_initialise(pointer) bind(c, name='qsmpm_initialise') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
@@ -21,7 +21,7 @@ contains
     status = status_of(handle)
   end function c_initialise
 
-  !> One accepted load step.
+  !> Computes one accepted load step.
   integer(c_int) function c_advance(pointer) bind(c, name='qsmpm_advance') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
@@ -31,7 +31,7 @@ contains
     status = status_of(handle)
   end function c_advance
 
-  !> Step to the end of the last stage.
+  !> Steps to the end of the last stage.
   integer(c_int) function c_run(pointer) bind(c, name='qsmpm_run') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
@@ -41,10 +41,10 @@ contains
     status = status_of(handle)
   end function c_run
 
-  !> Step to a share of the present stage, or of the coming one between stages.
+  !> Steps to a load fraction of the current stage, or of the next stage when between stages.
   integer(c_int) function c_advance_to(pointer, share) bind(c, name='qsmpm_advance_to') result(status)
     type(c_ptr), value :: pointer
-    !> Above the present share, to 1.
+    !> Load fraction to reach, greater than the current one and at most 1.
     real(c_double), value :: share
     type(handle_type), pointer :: handle
 
@@ -53,7 +53,7 @@ contains
     status = status_of(handle)
   end function c_advance_to
 
-  !> 1 when the last stage has ended, else 0.
+  !> Returns 1 if the last stage has ended, otherwise 0.
   integer(c_int) function c_finished(pointer) bind(c, name='qsmpm_finished') result(answer)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
@@ -64,7 +64,7 @@ contains
     if (handle%simulation%finished()) answer = 1
   end function c_finished
 
-  !> From now on, write results to a directory.
+  !> Starts to write results to a directory.
   integer(c_int) function c_record(pointer, path) bind(c, name='qsmpm_record') result(status)
     !> The handle; name of the directory.
     type(c_ptr), value :: pointer, path
@@ -75,7 +75,7 @@ contains
     status = status_of(handle)
   end function c_record
 
-  !> Write the whole state to a file.
+  !> Writes the complete state to a file.
   integer(c_int) function c_save(pointer, path) bind(c, name='qsmpm_save') result(status)
     !> The handle; name of the file.
     type(c_ptr), value :: pointer, path
@@ -86,7 +86,7 @@ contains
     status = status_of(handle)
   end function c_save
 
-  !> Read a state back that was saved with the same stages.
+  !> Reads a state that was saved with the same stages.
   integer(c_int) function c_load(pointer, path) bind(c, name='qsmpm_load') result(status)
     !> The handle; name of the file.
     type(c_ptr), value :: pointer, path
@@ -97,7 +97,7 @@ contains
     status = status_of(handle)
   end function c_load
 
-  !> Close what is written.
+  !> Closes the result files.
   integer(c_int) function c_finish_record(pointer) bind(c, name='qsmpm_finish_record') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
@@ -107,7 +107,7 @@ contains
     status = status_of(handle)
   end function c_finish_record
 
-  !> Copy state, loads and stages, in memory.
+  !> Stores a copy of state, loads and stages in memory.
   integer(c_int) function c_checkpoint(pointer) bind(c, name='qsmpm_checkpoint') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
@@ -117,7 +117,7 @@ contains
     status = status_of(handle)
   end function c_checkpoint
 
-  !> Put the copy back.
+  !> Restores the copy.
   integer(c_int) function c_restore_checkpoint(pointer) bind(c, name='qsmpm_restore_checkpoint') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
@@ -127,11 +127,11 @@ contains
     status = status_of(handle)
   end function c_restore_checkpoint
 
-  !> Add a stage behind the last one.
+  !> Appends a stage.
   integer(c_int) function c_add_stage(pointer, name, steps) bind(c, name='qsmpm_add_stage') result(status)
     !> The handle; name of the stage.
     type(c_ptr), value :: pointer, name
-    !> Load steps it is first cut into.
+    !> Initial number of load steps.
     integer(c_int), value :: steps
     type(handle_type), pointer :: handle
 
@@ -140,9 +140,9 @@ contains
     status = status_of(handle)
   end function c_add_stage
 
-  !> Add materials and phases to the scene, as cards of its deck.
+  !> Adds materials and phases, given as deck keywords, to the scene.
   integer(c_int) function c_add_cards(pointer, cards) bind(c, name='qsmpm_add_cards') result(status)
-    !> The handle; *MATERIAL and *PHASE with what belongs to them, lines ended by newline.
+    !> The handle; *MATERIAL and *PHASE blocks, lines ended by newline.
     type(c_ptr), value :: pointer, cards
     type(handle_type), pointer :: handle
 
@@ -153,7 +153,7 @@ contains
     status = status_of(handle)
   end function c_add_cards
 
-  !> End the present stage where it stands.
+  !> Ends the current stage at its current load.
   integer(c_int) function c_end_stage(pointer) bind(c, name='qsmpm_end_stage') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
@@ -163,10 +163,10 @@ contains
     status = status_of(handle)
   end function c_end_stage
 
-  !> Load factor at the end of the coming stage.
+  !> Sets the load factor at the end of the next stage.
   integer(c_int) function c_set_load_factor(pointer, factor) bind(c, name='qsmpm_set_load_factor') result(status)
     type(c_ptr), value :: pointer
-    !> Above 0.
+    !> Greater than 0.
     real(c_double), value :: factor
     type(handle_type), pointer :: handle
 
@@ -175,10 +175,10 @@ contains
     status = status_of(handle)
   end function c_set_load_factor
 
-  !> Load steps of the coming stage.
+  !> Sets the number of load steps of the next stage.
   integer(c_int) function c_set_steps(pointer, steps) bind(c, name='qsmpm_set_steps') result(status)
     type(c_ptr), value :: pointer
-    !> From 1.
+    !> At least 1.
     integer(c_int), value :: steps
     type(handle_type), pointer :: handle
 
@@ -187,10 +187,10 @@ contains
     status = status_of(handle)
   end function c_set_steps
 
-  !> How long the coming stage lasts.
+  !> Sets the duration of the next stage.
   integer(c_int) function c_set_time(pointer, duration) bind(c, name='qsmpm_set_time') result(status)
     type(c_ptr), value :: pointer
-    !> Above 0.
+    !> Greater than 0.
     real(c_double), value :: duration
     type(handle_type), pointer :: handle
 
@@ -199,7 +199,7 @@ contains
     status = status_of(handle)
   end function c_set_time
 
-  !> Time at the start of the coming stage.
+  !> Sets the time at the start of the next stage.
   integer(c_int) function c_set_start_time(pointer, time) bind(c, name='qsmpm_set_start_time') result(status)
     type(c_ptr), value :: pointer
     real(c_double), value :: time
@@ -210,9 +210,9 @@ contains
     status = status_of(handle)
   end function c_set_start_time
 
-  !> Gravity at the end of the coming stage.
+  !> Sets gravity at the end of the next stage.
   integer(c_int) function c_set_gravity(pointer, vector) bind(c, name='qsmpm_set_gravity') result(status)
-    !> The handle; it multiplies the unit weights.
+    !> The handle; vector that multiplies the unit weights.
     type(c_ptr), value :: pointer, vector
     type(handle_type), pointer :: handle
 
@@ -222,7 +222,7 @@ contains
     status = status_of(handle)
   end function c_set_gravity
 
-  !> Dead traction on a surface at the end of the coming stage.
+  !> Sets the dead traction on a surface at the end of the next stage.
   integer(c_int) function c_set_traction(pointer, surface, vector) bind(c, name='qsmpm_set_traction') result(status)
     !> The handle; name of the surface; force per undeformed area.
     type(c_ptr), value :: pointer, surface, vector
@@ -235,11 +235,11 @@ contains
     status = status_of(handle)
   end function c_set_traction
 
-  !> Pressure on a surface at the end of the coming stage.
+  !> Sets the pressure on a surface at the end of the next stage.
   integer(c_int) function c_set_pressure(pointer, surface, pressure) bind(c, name='qsmpm_set_pressure') result(status)
     !> The handle; name of the surface.
     type(c_ptr), value :: pointer, surface
-    !> Against the body.
+    !> Positive against the body.
     real(c_double), value :: pressure
     type(handle_type), pointer :: handle
 
@@ -248,11 +248,11 @@ contains
     status = status_of(handle)
   end function c_set_pressure
 
-  !> Level of water at the end of the coming stage.
+  !> Sets a water level at the end of the next stage.
   integer(c_int) function c_set_water_level(pointer, name, level) bind(c, name='qsmpm_set_water_level') result(status)
-    !> The handle; node set or surface of a row, or a body.
+    !> The handle; node set or surface of a *WATER LEVEL row, or a body.
     type(c_ptr), value :: pointer, name
-    !> Height as a coordinate.
+    !> Elevation, as a coordinate.
     real(c_double), value :: level
     type(handle_type), pointer :: handle
 
@@ -261,7 +261,7 @@ contains
     status = status_of(handle)
   end function c_set_water_level
 
-  !> Displacement of a node set over the coming stage.
+  !> Sets the displacement of a node set over the next stage.
   function c_set_displacement(pointer, set, component, value) bind(c, name='qsmpm_set_displacement') result(status)
     !> The handle; name of the set.
     type(c_ptr), value :: pointer, set
@@ -277,9 +277,9 @@ contains
     status = status_of(handle)
   end function c_set_displacement
 
-  !> Components of a node set that are held from the coming stage on.
+  !> Sets the fixed components of a node set from the next stage on.
   integer(c_int) function c_set_fixity(pointer, set, fixed) bind(c, name='qsmpm_set_fixity') result(status)
-    !> The handle; name of the set; not 0 where held.
+    !> The handle; name of the set; nonzero for fixed components.
     type(c_ptr), value :: pointer, set, fixed
     type(handle_type), pointer :: handle
     integer(c_int), pointer :: held(:)
@@ -293,9 +293,9 @@ contains
     status = status_of(handle)
   end function c_set_fixity
 
-  !> Components and number of the values of a name.
+  !> Returns the number of components and the number of values of a name.
   integer(c_int) function c_shape(pointer, name, rows, columns) bind(c, name='qsmpm_shape') result(status)
-    !> The handle; the name; components of one; how many.
+    !> The handle; the name; components per value; number of values.
     type(c_ptr), value :: pointer, name, rows, columns
     type(handle_type), pointer :: handle
     integer :: components, number
@@ -311,9 +311,9 @@ contains
     status = status_of(handle)
   end function c_shape
 
-  !> How many numbers the values of a name are: components times number.
+  !> Returns the size of the values of a name: components times number of values.
   integer(c_int) function c_count(pointer, name, number) bind(c, name='qsmpm_count') result(status)
-    !> The handle; the name; how many.
+    !> The handle; the name; the size.
     type(c_ptr), value :: pointer, name, number
     type(handle_type), pointer :: handle
     integer :: rows, columns
@@ -326,11 +326,11 @@ contains
     status = status_of(handle)
   end function c_count
 
-  !> Copy values.
+  !> Copies the values of a name to an array.
   integer(c_int) function c_get(pointer, name, values, number) bind(c, name='qsmpm_get') result(status)
-    !> The handle; the name; where to.
+    !> The handle; the name; the receiving array.
     type(c_ptr), value :: pointer, name, values
-    !> How many numbers there is room for, as count says.
+    !> Size of the array, as returned by qsmpm_count.
     integer(c_int), value :: number
     type(handle_type), pointer :: handle
     real(c_double), pointer :: buffer(:)
@@ -342,11 +342,11 @@ contains
     status = status_of(handle)
   end function c_get
 
-  !> Set values.
+  !> Sets the values of a name.
   integer(c_int) function c_set(pointer, name, values, number) bind(c, name='qsmpm_set') result(status)
-    !> The handle; the name; from where.
+    !> The handle; the name; the new values.
     type(c_ptr), value :: pointer, name, values
-    !> How many numbers, as count says.
+    !> Size of the array, as returned by qsmpm_count.
     integer(c_int), value :: number
     type(handle_type), pointer :: handle
     real(c_double), pointer :: buffer(:)
@@ -358,9 +358,9 @@ contains
     status = status_of(handle)
   end function c_set
 
-  !> Look at values where they lie in memory, until destroy or initialise.
+  !> Returns the address of values in memory, valid until destroy or initialise.
   integer(c_int) function c_view(pointer, name, values, rows, columns) bind(c, name='qsmpm_view') result(status)
-    !> The handle; the name; where they are, null with a status; components of one; how many.
+    !> The handle; the name; address, null on failure; components per value; number of values.
     type(c_ptr), value :: pointer, name, values, rows, columns
     type(handle_type), pointer :: handle
     real(c_double), pointer :: there(:, :)
@@ -384,7 +384,7 @@ contains
     status = status_of(handle)
   end function c_view
 
-  !> Put an address where C wants it; nowhere for null.
+  !> Stores an address at an address of C; does nothing for null.
   subroutine put_address(address, pointer)
     type(c_ptr), intent(in) :: address, pointer
     type(c_ptr), pointer :: place
@@ -394,15 +394,15 @@ contains
     place = address
   end subroutine put_address
 
-  !> Name of one of a kind, numbered from 1; the result is its length, -1 when there is none.
+  !> Returns the name of an item of a kind, numbered from 1; the result is its length, -1 if there is no such item.
   integer(c_int) function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)
-    !> The handle; value, history, stage, surface, set, material or body.
+    !> The handle; kind: value, history, stage, surface, set, material or body.
     type(c_ptr), value :: pointer, kind
-    !> Its number.
+    !> Number of the item.
     integer(c_int), value :: number
-    !> Where the name goes.
+    !> Buffer for the name.
     type(c_ptr), value :: buffer
-    !> Its size.
+    !> Size of the buffer.
     integer(c_int), value :: length
     type(handle_type), pointer :: handle
     character(len=:), allocatable :: name
@@ -414,7 +414,7 @@ contains
     if (allocated(name)) needed = put_text(name, buffer, length)
   end function c_name
 
-  !> Name of one of a kind, unallocated when there is none.
+  !> Returns the name of an item of a kind; unallocated if there is no such item.
   subroutine find_name(handle, kind, number, name)
     type(handle_type), intent(in) :: handle
     character(len=*), intent(in) :: kind

@@ -1,5 +1,5 @@
-!> A soil model whose update is a procedure of the embedding program, called through the C interface. What it is given
-!> and what it answers are interoperable copies of the types of `qsmpm_soil_model`; qsmpm.h says the same in C.
+!> A soil model whose update is a procedure of the embedding program, called through the C interface. Input and result
+!> are interoperable copies of the types of `qsmpm_soil_model`; qsmpm.h declares the same structures in C.
 module qsmpm_callback_model
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_procpointer, c_funptr, c_int, &
     c_null_char, c_null_funptr, c_null_ptr, c_ptr
@@ -12,10 +12,10 @@ module qsmpm_callback_model
 
   public :: callback_model_type, c_model_options_type
 
-  !> Longest sentence of a model.
+  !> Maximum length of a message of the model.
   integer, parameter :: message_length = 256
 
-  !> What the program says of its model.
+  !> Properties of the soil model, given by the program.
   type, bind(c) :: c_model_options_type
     integer(c_int) :: state_count = 0
     integer(c_int) :: symmetric = 0
@@ -26,7 +26,7 @@ module qsmpm_callback_model
     real(c_double) :: shear_scale = 0.0_c_double
   end type c_model_options_type
 
-  !> soil_increment_type.
+  !> Copy of soil_increment_type.
   type, bind(c) :: c_increment_type
     real(c_double) :: strain(6), strain_start(6), rotation(3, 3), gradient_start(3, 3), gradient_end(3, 3)
     integer(c_int) :: phase, step
@@ -37,17 +37,17 @@ module qsmpm_callback_model
     real(c_double) :: time, time_increment
   end type c_increment_type
 
-  !> soil_response_type without the status, which is the result of the call.
+  !> Copy of soil_response_type without the status, which is the function result of the call.
   type, bind(c) :: c_response_type
     integer(c_int) :: plastic
     real(c_double) :: share, tangent(6, 6)
     character(kind=c_char) :: message(message_length)
   end type c_response_type
 
-  !> The model.
+  !> Soil model that calls procedures of the program.
   type, extends(soil_model_type) :: callback_model_type
     type(c_funptr) :: update_procedure = c_null_funptr
-    !> May be null: the state then starts at zero.
+    !> May be null: the state variables are then zero at the start.
     type(c_funptr) :: start_procedure = c_null_funptr
     type(c_ptr) :: user = c_null_ptr
   contains
@@ -56,7 +56,7 @@ module qsmpm_callback_model
   end type callback_model_type
 
   abstract interface
-    !> One step of one point: a status.
+    !> Updates one point for one step; returns a status.
     integer(c_int) function c_update(user, increment, stress, state, response) bind(c) result(status)
       import :: c_ptr, c_double, c_int, c_increment_type, c_response_type
       type(c_ptr), value :: user
@@ -65,7 +65,7 @@ module qsmpm_callback_model
       type(c_response_type), intent(inout) :: response
     end function c_update
 
-    !> State of a point with a given stress.
+    !> Sets the state variables of a point at a given stress.
     subroutine c_start(user, stress, state) bind(c)
       import :: c_ptr, c_double
       type(c_ptr), value :: user
@@ -76,7 +76,7 @@ module qsmpm_callback_model
 
 contains
 
-  !> State of a point with a given stress.
+  !> Sets the state variables of a point at a given stress.
   subroutine start(self, stress, state)
     class(callback_model_type), intent(in) :: self
     real(wp), intent(in) :: stress(6)
@@ -92,7 +92,7 @@ contains
     state = copy(:size(state))
   end subroutine start
 
-  !> One step of one point.
+  !> Updates one point for one step.
   subroutine update(self, increment, stress, state, response)
     class(callback_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
@@ -119,7 +119,7 @@ contains
     if (len(response%message) == 0) response%message = 'the material of the program gives no reason'
   end subroutine update
 
-  !> The step as C sees it.
+  !> Returns the increment as a C structure.
   pure type(c_increment_type) function as_c(increment) result(passed)
     type(soil_increment_type), intent(in) :: increment
 

@@ -1,6 +1,6 @@
-!> Values of an analysis by name: how many, a copy, a view where they lie in memory, and setters for what may be set.
-!> All are double precision; those of points have the components of a point together, one point after the other. The
-!> fields of the points (qsmpm_field_list) are called `point_` and their name.
+!> Access to values of an analysis by name: size, copy, view of the memory, and setters for those that can be changed.
+!> All values are double precision; values of points are stored point by point, with the components of a point
+!> contiguous. The fields of the points (qsmpm_field_list) have the prefix `point_`.
 module qsmpm_named_values
   use qsmpm_kinds, only: wp
   use qsmpm_consolidation, only: excess_field
@@ -23,19 +23,19 @@ module qsmpm_named_values
 
   integer, parameter :: name_length = field_name_length
   character(len=*), parameter :: of_point = 'point_'
-  !> What there is beside the fields of the points.
+  !> Names other than those of the fields of the points.
   character(len=name_length), parameter :: other_names(25) = [character(len=name_length) :: &
     'point_force', 'node_position', 'node_reaction', 'node_pressure', 'gravity', 'histories', &
     'stage', 'step', 'share', 'load_factor', 'time', 'finished', 'coming_stage', 'dimension', &
     'external_work', 'internal_work', &
     'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error', 'compliance', &
     'limit_load', 'strength_factor', 'phase_results']
-  !> Among them the first and the last that is one number, but for the limit load.
+  !> Indices in other_names of the first and last scalar, except the limit load.
   integer, parameter :: first_single = 7, last_single = 24
 
 contains
 
-  !> Names of all values.
+  !> Returns the names of all values.
   subroutine list_value_names(names)
     character(len=name_length), allocatable, intent(out) :: names(:)
     type(points_type), target :: none
@@ -49,7 +49,7 @@ contains
     names = [character(len=name_length) :: pack(names, list%fields(:list%count)%shown /= shown_nowhere), other_names]
   end subroutine list_value_names
 
-  !> The field of the points that a name means; without values when it is another name, or none is carried.
+  !> Returns the field of the points that has this name; an empty field if there is none or the points do not store it.
   subroutine find_field(points, name, field)
     type(points_type), intent(in), target :: points
     character(len=*), intent(in) :: name
@@ -65,14 +65,14 @@ contains
     if (i > 0) field = list%fields(i)
   end subroutine find_field
 
-  !> Components and number of the values of a name.
+  !> Returns the number of components and the number of values of a name.
   subroutine value_shape(simulation, name, rows, columns, error)
     type(simulation_type), intent(in), target :: simulation
-    !> One of list_value_names.
+    !> A name of list_value_names.
     character(len=*), intent(in) :: name
-    !> Components of one, and how many.
+    !> Components per value; number of values.
     integer, intent(out) :: rows, columns
-    !> Set when there is no such name or no model, or the points do not carry the field.
+    !> Set when there is no such name or no model, or when the points do not store the field.
     type(error_type), allocatable, intent(out) :: error
     type(field_type) :: field
 
@@ -113,14 +113,14 @@ contains
     end associate
   end subroutine value_shape
 
-  !> Copy values.
+  !> Copies the values of a name to an array.
   subroutine get_values(simulation, name, values, error)
     type(simulation_type), intent(in), target :: simulation
-    !> One of list_value_names.
+    !> A name of list_value_names.
     character(len=*), intent(in) :: name
-    !> As many as value_shape says.
+    !> Array of the size given by value_shape.
     real(wp), intent(out) :: values(:)
-    !> Set when there is no such name or their number is another.
+    !> Set when there is no such name or the size of the array is wrong.
     type(error_type), allocatable, intent(out) :: error
     type(field_type) :: field
     real(wp), allocatable :: histories(:), table(:, :)
@@ -145,7 +145,7 @@ contains
         values = loading%gravity_start + simulation%model%state%progress%fraction* &
           (loading%gravity_final - loading%gravity_start)
       case ('limit_load')
-        ! Carried and refused load factor and knee of the present stage, zeros until its limit load is found.
+        ! Supported and rejected load factor and knee of the current stage; zeros until its limit load is found.
         associate (progress => simulation%model%state%progress)
           loads = limit_loads(progress%limit, progress%fraction, &
             simulation%model%analysis%phases(progress%phase)%load_factor)
@@ -169,9 +169,9 @@ contains
     end associate
   end subroutine get_values
 
-  !> Of every phase: how it has ended (0 not yet, 1 whole load, 2 limit load, 3 a stop, 4 lost), load fraction and
-  !> largest displacement at its end, factors of safety that are stable and lost, 0 for none: it is at least the
-  !> stable one where none is lost.
+  !> Returns the results of every phase: end status (0 not ended, 1 full load, 2 limit load, 3 stopped, 4 failed), load
+  !> fraction and largest displacement at its end, stable and failed factor of safety. A factor is 0 if not available;
+  !> where no failed factor is found, the factor of safety is at least the stable one.
   pure function phase_results(model) result(values)
     type(model_type), intent(in) :: model
     real(wp) :: values(5*size(model%analysis%phases))
@@ -185,7 +185,7 @@ contains
     end do
   end function phase_results
 
-  !> The values that are one number, in the order of other_names(first_single:last_single).
+  !> Returns the scalar values in the order of other_names(first_single:last_single).
   function single_values(simulation) result(values)
     type(simulation_type), intent(in) :: simulation
     real(wp) :: values(first_single:last_single)
@@ -199,15 +199,15 @@ contains
     end associate
   end function single_values
 
-  !> Look at values where they lie in memory. The place stays the same from step to step, as long as the analysis
-  !> is there and no bodies come or go.
+  !> Returns a pointer to values in memory. The address is constant from step to step, as long as the analysis exists
+  !> and no bodies are activated or deactivated.
   subroutine view_values(simulation, name, values, error)
     type(simulation_type), intent(in), target :: simulation
-    !> One of list_value_names that is a stored field of reals.
+    !> A name of list_value_names that is a stored real field.
     character(len=*), intent(in) :: name
     !> (components, points)
     real(wp), pointer, intent(out) :: values(:, :)
-    !> Set when there is no such name, or it is made only when asked for.
+    !> Set when there is no such name, or when its values are computed only on request.
     type(error_type), allocatable, intent(out) :: error
     type(field_type) :: field
     integer :: rows, columns
@@ -223,13 +223,13 @@ contains
     end if
   end subroutine view_values
 
-  !> Set values: point_stress, with the state that belongs to it; point_state; point_force.
+  !> Sets values: point_stress, with the state variables that belong to it; point_state; point_force.
   subroutine set_values(simulation, name, values, error)
     type(simulation_type), intent(inout) :: simulation
     character(len=*), intent(in) :: name
-    !> As many as value_shape says.
+    !> Array of the size given by value_shape.
     real(wp), intent(in) :: values(:)
-    !> Set when they cannot be set, or are not that many finite numbers.
+    !> Set when the values cannot be changed, or when the array has the wrong size or values that are not finite.
     type(error_type), allocatable, intent(out) :: error
     integer :: rows, columns
 
@@ -253,7 +253,7 @@ contains
     end select
   end subroutine set_values
 
-  !> Give the points a stress, as an initial stress is given: it belongs to their present volume.
+  !> Sets the stresses of the points as initial stresses, which refer to the current volume.
   subroutine start_stresses(model, stress)
     type(model_type), intent(inout) :: model
     !> Cauchy stress (4 or 6, points).
@@ -271,11 +271,11 @@ contains
     end associate
   end subroutine start_stresses
 
-  !> Set when there is no model or no such name.
+  !> Checks that there is a model and such a name.
   subroutine check_name(simulation, name, error)
     type(simulation_type), intent(in) :: simulation
     character(len=*), intent(in) :: name
-    !> Says what it may have been.
+    !> Its message suggests the nearest name.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: names(:)
     character(len=name_length), allocatable :: known(:)
@@ -294,12 +294,12 @@ contains
     call fail(error, error_other, "there are no values '"//name//"'"//did_you_mean(name, names))
   end subroutine check_name
 
-  !> Set when the numbers differ.
+  !> Checks the size of an array.
   pure subroutine check_size(name, given, wanted, error)
     character(len=*), intent(in) :: name
-    !> Size of the caller's array and what it is to be.
+    !> Size of the caller's array and required size.
     integer, intent(in) :: given, wanted
-    !> Says both.
+    !> Its message states both sizes.
     type(error_type), allocatable, intent(out) :: error
 
     if (given /= wanted) call fail(error, error_other, "'"//name//"' are "//integer_text(wanted)// &

@@ -1,5 +1,5 @@
-!> The observers of a run that an embedding program steps: the recorder, where results are written, and one of the
-!> program's own. The record of the last step is kept.
+!> The observers of a run that an embedding program steps: the recorder, which writes the results, and an observer
+!> supplied by the program. The record of the last step is stored.
 module qsmpm_observer_list
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type
@@ -9,11 +9,11 @@ module qsmpm_observer_list
 
   public :: observer_list_type
 
-  !> Those who listen, while a call into the library lasts.
+  !> Observers for the duration of a call into the library.
   type, extends(observer_type) :: observer_list_type
     class(observer_type), pointer :: recorder => null()
     class(observer_type), pointer :: own => null()
-    !> How the last accepted step went.
+    !> Record of the last accepted step.
     type(step_record_type) :: last
   contains
     procedure :: phase_begun, needs_model, accepted, phase_done, mechanism, note, tell_result, stop_requested
@@ -21,7 +21,7 @@ module qsmpm_observer_list
 
 contains
 
-  !> Whether one of them wants the whole model.
+  !> Returns whether an observer requires the whole model.
   logical function needs_model(self, model)
     class(observer_list_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -31,7 +31,7 @@ contains
     if (associated(self%own) .and. .not. needs_model) needs_model = self%own%needs_model(model)
   end function needs_model
 
-  !> A phase has begun.
+  !> Notifies the observers of the start of a phase.
   subroutine phase_begun(self, model, error)
     class(observer_list_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -41,7 +41,7 @@ contains
     if (associated(self%own) .and. .not. allocated(error)) call self%own%phase_begun(model, error)
   end subroutine phase_begun
 
-  !> A step was accepted.
+  !> Notifies the observers of an accepted step.
   subroutine accepted(self, model, record, error)
     class(observer_list_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -53,7 +53,7 @@ contains
     if (associated(self%own) .and. .not. allocated(error)) call self%own%accepted(model, record, error)
   end subroutine accepted
 
-  !> A phase has ended.
+  !> Notifies the observers of the end of a phase.
   subroutine phase_done(self, model, error)
     class(observer_list_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -63,7 +63,7 @@ contains
     if (associated(self%own) .and. .not. allocated(error)) call self%own%phase_done(model, error)
   end subroutine phase_done
 
-  !> The way a body fails.
+  !> Passes the failure mechanism to the observers.
   subroutine mechanism(self, model, error)
     class(observer_list_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -73,7 +73,7 @@ contains
     if (associated(self%own) .and. .not. allocated(error)) call self%own%mechanism(model, error)
   end subroutine mechanism
 
-  !> A sentence for the log.
+  !> Passes a message for the log to the observers.
   subroutine note(self, text)
     class(observer_list_type), intent(inout) :: self
     character(len=*), intent(in) :: text
@@ -82,7 +82,7 @@ contains
     if (associated(self%own)) call self%own%note(text)
   end subroutine note
 
-  !> What a phase was run for.
+  !> Passes the result of a phase to the observers.
   subroutine tell_result(self, text)
     class(observer_list_type), intent(inout) :: self
     character(len=*), intent(in) :: text
@@ -91,7 +91,7 @@ contains
     if (associated(self%own)) call self%own%tell_result(text)
   end subroutine tell_result
 
-  !> Whether one of them wants the run to stop.
+  !> Returns whether an observer requests a stop.
   logical function stop_requested(self)
     class(observer_list_type), intent(inout) :: self
 

@@ -1,12 +1,12 @@
-!> `qsmpm plan`: what of a deck will be modelled, why not less, and what it will cost; nothing is written. The figures
-!> of the equations are those of the first step, which is made on a copy of the model: matrix, solver, factors and time
-!> are measured, the cost of the run is estimated from them.
+!> The command `qsmpm plan`: what part of a scene is modelled, why it is not reduced further, and what the run will
+!> cost; no files are written. The figures of the equations are those of the first step, which is solved on a copy of
+!> the model: matrix, solver, factors and time are measured, and the cost of the run is estimated from them.
 !>
-!> The lines of a plan: a name and a value each, under headings, written as text for people or as JSON for programs.
+!> A plan is a list of names and values under headings, printed as text or as JSON.
 !>
-!> What a deck would be on several processes, for `qsmpm plan --ranks`: the points and equations of each, the copies in
-!> the rings around them, and memory. Boxes, rings and owners are those of a run (qsmpm_division), on the points as they
-!> lie before the first step; memory is an estimate, by what was measured of a point and of PETSc's matrices.
+!> For `qsmpm plan --ranks` the plan has the division among several processes: points and equations of each, copies in
+!> the surrounding rings, and memory. Boxes, rings and owners are those of a run (qsmpm_division) for the initial point
+!> locations; memory is an estimate from measured values for points and for PETSc's matrices.
 module qsmpm_plan
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, three_dimensional
@@ -43,42 +43,43 @@ module qsmpm_plan
 
   public :: make_plan, plan_ranks, plan_items_type, add_heading, add_item, plan_text, plan_json
 
-  !> Bytes of a number and of a column index; a megabyte.
+  !> Bytes of a real number and of a column index; a megabyte.
   real(wp), parameter :: number_bytes = 8.0_wp, index_bytes = 4.0_wp, megabyte = 1.0e6_wp
-  !> Equations beyond which the first step is not made for a plan.
+  !> Number of equations above which the first step is not solved for a plan.
   integer, parameter :: most_for_plan = 300000
 
-  !> Bytes of the program with its libraries, of a point with its cell and the state before the step, and of an entry: a
-  !> number and its column; fitted to runs with PETSC of 22 000 to 2.7 million points (docs/distributed.md).
+  !> Bytes of the program with its libraries, of a point with its cell and the state before the step, and of a matrix
+  !> entry (number and column index); fitted to runs with PETSc of 22 000 to 2.7 million points (docs/distributed.md).
   real(wp), parameter :: bytes_of_program = 60.0e6_wp, bytes_of_point = 1500.0_wp, bytes_of_entry = 12.0_wp
-  !> The matrix, its copy in PETSc, the coarser ones and the vectors of the method.
+  !> Memory of the matrix, its copy in PETSc, the coarser matrices and the vectors of the method, relative to the
+  !> matrix.
   real(wp), parameter :: matrices = 3.0_wp
 
-  !> Kinds of entries.
+  !> Kinds of entries of a plan.
   integer, parameter :: heading = 0, words = 1, figure = 2
-  !> Columns of the names in text.
+  !> Width of the names in columns.
   integer, parameter :: name_width = 26
 
-  !> An entry.
+  !> An entry of a plan.
   type :: item_type
     integer :: kind = heading
     character(len=:), allocatable :: name, value
   end type item_type
 
-  !> Entries in order.
+  !> Entries in the order of the plan.
   type :: plan_items_type
     type(item_type), allocatable :: rows(:)
   end type plan_items_type
 
 contains
 
-  !> Make the plan.
+  !> Prepares the plan of a scene.
   subroutine make_plan(scene, whole, checks, model, items)
-    !> The scene as the deck says it.
+    !> The scene as defined in the deck.
     type(analysis_type), intent(in) :: scene
-    !> The scene beside its model, where that is reduced.
+    !> The unreduced scene, where the model is reduced.
     type(whole_scene_type), intent(inout) :: whole
-    !> What was found about the reductions.
+    !> Results of the checks of possible reductions.
     type(reduction_check_type), intent(in) :: checks(:)
     type(model_type), intent(in) :: model
     type(plan_items_type), intent(out) :: items
@@ -86,7 +87,6 @@ contains
     character(len=:), allocatable :: text
 
     call add_heading(items, 'scene')
-    ! What the scene is.
     text = trim(model_words(scene%model))
     if (scene%reduce) text = merge('3D   ', 'plane', scene%model == three_dimensional)
     text = trim(text)
@@ -110,7 +110,7 @@ contains
     call plan_equations(model, items)
   end subroutine make_plan
 
-  !> Cells of a grid along each axis, or where the mesh comes from.
+  !> Returns the number of cells of a grid along each axis, or the source of the mesh.
   pure function mesh_text(analysis) result(text)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: text
@@ -127,9 +127,9 @@ contains
     text = text//' cells, '//analysis%mesh%element
   end function mesh_text
 
-  !> Sizes of the model and of the scene.
+  !> Adds the sizes of the model and of the scene.
   subroutine plan_sizes(whole, model, items)
-    !> The scene beside its model.
+    !> The unreduced scene, where the model is reduced.
     type(whole_scene_type), intent(inout) :: whole
     type(model_type), intent(in) :: model
     type(plan_items_type), intent(inout) :: items
@@ -155,7 +155,7 @@ contains
     call add_item(items, 'answers', 'symmetric ones only: a failure that breaks the symmetry is not found')
   end subroutine plan_sizes
 
-  !> Stabilisation and holds.
+  !> Adds the stabilisation and its bounds.
   subroutine plan_method(analysis, items)
     type(analysis_type), intent(in) :: analysis
     type(plan_items_type), intent(inout) :: items
@@ -173,7 +173,7 @@ contains
     end associate
   end subroutine plan_method
 
-  !> Matrix, solver, memory and time by the first step.
+  !> Adds matrix, solver, memory and time of the first step.
   subroutine plan_equations(model, items)
     type(model_type), intent(in) :: model
     type(plan_items_type), intent(inout) :: items
@@ -214,10 +214,10 @@ contains
     call end_system(step%system)
   end subroutine plan_equations
 
-  !> Why the matrix is symmetric or not.
+  !> Returns why the matrix is symmetric or not.
   pure function symmetry_text(model, symmetric) result(text)
     type(model_type), intent(in) :: model
-    !> It is.
+    !> Whether it is symmetric.
     logical, intent(in) :: symmetric
     character(len=:), allocatable :: text
     integer :: m
@@ -234,7 +234,7 @@ contains
     end do
   end function symmetry_text
 
-  !> Patches of rigid bodies that are near the soil, their places, and the unknowns of bodies that are free.
+  !> Adds the contact patches near rigid bodies, their surface points and the unknowns of free rigid bodies.
   subroutine plan_contacts(step, items)
     type(step_type), intent(in) :: step
     type(plan_items_type), intent(inout) :: items
@@ -247,9 +247,9 @@ contains
     call add_item(items, 'unknowns of bodies', integer_text(count(step%field_of > 1)), is_figure=.true.)
   end subroutine plan_contacts
 
-  !> Solver, factors and memory.
+  !> Adds solver, factors and memory.
   subroutine plan_solver(step, items)
-    !> Scratch of the first step, factorised.
+    !> Workspace of the first step, with the factorised matrix.
     type(step_type), intent(in), target :: step
     type(plan_items_type), intent(inout) :: items
     type(soil_type), pointer :: soil
@@ -265,12 +265,13 @@ contains
       ' MB: factors, matrix and element blocks')
   end subroutine plan_solver
 
-  !> The first step, and what the run will take: by trials of about a second, of the model and on coarser cells.
+  !> Adds the cost of the first step and the estimated cost of the run, from trial runs of about a second each with the
+  !> model and with a coarser grid.
   subroutine plan_cost(model, solution, seconds, items)
     type(model_type), intent(in) :: model
-    !> How the first step went.
+    !> Result of the first step.
     type(solution_type), intent(in) :: solution
-    !> Processor seconds of it.
+    !> Processor time of the first step, in seconds.
     real(wp), intent(in) :: seconds
     type(plan_items_type), intent(inout) :: items
     type(trial_type) :: fine, coarse
@@ -293,10 +294,10 @@ contains
       ' s: '//text)
   end subroutine plan_cost
 
-  !> Add what is known of a run on so many processes.
+  !> Adds the estimates for a run on several processes.
   subroutine plan_ranks(model, ranks, items)
     type(model_type), intent(in) :: model
-    !> Two at the least.
+    !> Number of processes, at least 2.
     integer, intent(in) :: ranks
     type(plan_items_type), intent(inout) :: items
     type(error_type), allocatable :: error
@@ -322,7 +323,7 @@ contains
     call add_item(items, 'copies of a point', rounded_text(sum(copies)/real(sum(own), wp), 3), is_figure=.true.)
     call add_item(items, 'equations of a process', integer_text(minval(equations))//' to '// &
       integer_text(maxval(equations)))
-    ! Memory of the process that has most, and of the points of the whole model where every process builds it.
+    ! Memory of the process with the most data; where every process builds the whole model, its points are included.
     associate (d => model%mesh%dimension, degree => max(1, basis_list(model%analysis%method%basis)%degree))
       entries = real(d*(2*degree + 1)**d, wp)
     end associate
@@ -333,13 +334,13 @@ contains
     call add_item(items, 'memory of a process', text)
   end subroutine plan_ranks
 
-  !> Own points, copies and equations of each process.
+  !> Counts owned points, copies and equations of each process.
   subroutine count_parts(model, ranks, own, copies, equations, short)
     type(model_type), intent(in) :: model
     integer, intent(in) :: ranks
     !> (ranks)
     integer, intent(out) :: own(:), copies(:), equations(:)
-    !> There are too few cells with material.
+    !> Whether there are too few cells with material.
     logical, intent(out) :: short
     class(model_type), allocatable :: shared
     integer, allocatable :: cell(:), owner(:), of_node(:)
@@ -364,7 +365,7 @@ contains
     end do
   end subroutine count_parts
 
-  !> Begin a group of entries.
+  !> Starts a group of entries.
   pure subroutine add_heading(items, name)
     type(plan_items_type), intent(inout) :: items
     !> Name of the group.
@@ -373,12 +374,12 @@ contains
     call add(items, heading, name, '')
   end subroutine add_heading
 
-  !> Add an entry.
+  !> Adds an entry.
   pure subroutine add_item(items, name, value, is_figure)
     type(plan_items_type), intent(inout) :: items
-    !> Its name and value.
+    !> Name and value of the entry.
     character(len=*), intent(in) :: name, value
-    !> The value is a number; otherwise words.
+    !> Whether the value is a number; otherwise it is text.
     logical, intent(in), optional :: is_figure
     integer :: kind
 
@@ -387,7 +388,7 @@ contains
     call add(items, kind, name, value)
   end subroutine add_item
 
-  !> Put an entry at the end.
+  !> Appends an entry.
   pure subroutine add(items, kind, name, value)
     type(plan_items_type), intent(inout) :: items
     !> Kind, name and value.
@@ -402,7 +403,7 @@ contains
     items%rows = [items%rows, row]
   end subroutine add
 
-  !> The plan for people.
+  !> Returns the plan as text.
   pure function plan_text(items) result(text)
     type(plan_items_type), intent(in) :: items
     character(len=:), allocatable :: text
@@ -420,7 +421,7 @@ contains
     end do
   end function plan_text
 
-  !> The plan for programs: an object of objects.
+  !> Returns the plan as JSON: an object of objects.
   pure function plan_json(items) result(text)
     type(plan_items_type), intent(in) :: items
     character(len=:), allocatable :: text

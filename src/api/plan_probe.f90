@@ -1,7 +1,9 @@
-!> What a run will cost: it is tried for about a second as it is, which tells the time of an iteration, and for another
-!> one on every second line of its grid, which tells how many iterations it takes where soil yields. Nothing is written.
+!> Estimates the cost of a run. The model is run for about a second, which gives the time of an iteration, and then for
+!> another second on a grid with every second grid line, which gives the number of iterations when the soil yields. No
+!> files are written.
 !>
-!> The range is as wide as the week's scenes ask for (`tools/qsmpm-verify week` prints it beside their seconds).
+!> The width of the range is calibrated on the scenes of the week (`tools/qsmpm-verify week` prints it next to their
+!> seconds).
 module qsmpm_plan_probe
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -20,32 +22,32 @@ module qsmpm_plan_probe
 
   public :: trial_type, try_run, try_coarse, expected_range, coarse_lines, planned_steps
 
-  !> Processor seconds of one trial.
+  !> Processor time of one trial run, in seconds.
   real(wp), parameter :: budget = 1.0_wp
-  !> Factors that a search for a factor of safety tries.
+  !> Typical number of factors in a search for the factor of safety.
   integer, parameter :: usual_tries = 12
-  !> What a run takes over the estimate, at the least and at the most: of a run that came to its end, of one that did on
-  !> coarse cells, of one that did on neither.
+  !> Least and greatest ratio of run time to estimate: for a trial that completed the run, for one that completed it on
+  !> the coarse grid only, and for one that completed neither.
   real(wp), parameter :: least_over(3) = [0.7_wp, 0.5_wp, 0.4_wp], most_over(3) = [1.5_wp, 4.0_wp, 8.0_wp]
-  !> Processor seconds of the program's start and of its results, at the most.
+  !> Upper bound of the processor time for start-up and results, in seconds.
   real(wp), parameter :: beside = 0.1_wp
 
-  !> How far a trial came.
+  !> Result of a trial run.
   type :: trial_type
-    !> Share of the planned steps; iterations of all attempts; processor seconds.
+    !> Completed fraction of the planned steps; iterations of all attempts; processor seconds.
     real(wp) :: share = 0.0_wp, iterations = 0.0_wp, seconds = 0.0_wp
-    !> Of these the seconds before the first iteration: initial stresses, which come once.
+    !> Seconds before the first iteration, included in `seconds`: initial stresses, computed once.
     real(wp) :: before = 0.0_wp
-    !> It came to the end of the run, whether that was its last phase or the loss of one.
+    !> Whether the trial reached the end of the run, by its last phase or by a failed phase.
     logical :: ended = .false.
-    !> Why the first phase that it lost was lost; unallocated for none.
+    !> Message of the first phase that failed; unallocated for none.
     character(len=:), allocatable :: lost
   end type trial_type
 
-  !> Stops a trial when its time is over.
+  !> Stops a trial run at the end of its time.
   type, extends(silent_observer_type) :: trial_observer_type
     type(clock_type) :: clock
-    !> Seconds when it was asked for the first time; negative before.
+    !> Processor time at the first call; negative before.
     real(wp) :: before = -1.0_wp
   contains
     procedure :: stop_requested => time_is_over
@@ -53,7 +55,7 @@ module qsmpm_plan_probe
 
 contains
 
-  !> Whether the trial's time is over.
+  !> Returns whether the time of the trial is over.
   logical function time_is_over(self)
     class(trial_observer_type), intent(inout) :: self
 
@@ -61,7 +63,7 @@ contains
     time_is_over = cpu_seconds(self%clock) - self%before > budget
   end function time_is_over
 
-  !> Steps that a run is planned to take, to the end of a phase.
+  !> Returns the planned number of steps up to the end of a phase.
   pure real(wp) function planned_steps(analysis, last)
     type(analysis_type), intent(in) :: analysis
     !> Number of the phase.
@@ -78,7 +80,7 @@ contains
     end do
   end function planned_steps
 
-  !> Run a copy of a model until its end or until the time is over.
+  !> Runs a copy of a model to its end or until the time is over.
   subroutine try_run(model, trial)
     type(model_type), intent(in) :: model
     type(trial_type), intent(out) :: trial
@@ -107,7 +109,7 @@ contains
     trial%ended = is_finished(copy, loop) .or. (allocated(error) .and. .not. over)
     trial%share = 1.0_wp
     associate (progress => copy%state%progress, phases => copy%analysis%phases)
-      ! Half a step for one that has not been done.
+      ! An incomplete first step counts as half a step.
       if (.not. trial%ended) trial%share = max(0.5_wp, planned_steps(copy%analysis, progress%phase - 1) + &
         progress%fraction*phases(progress%phase)%controls%steps)/planned_steps(copy%analysis, size(phases))
     end associate
@@ -115,7 +117,7 @@ contains
     trial%iterations = real(profile%iterations, wp)
   end subroutine try_run
 
-  !> The same on every second line of the grid; a trial of no iterations where there is no such grid.
+  !> Runs the trial on a grid with every second grid line; a trial without iterations if there is no such grid.
   subroutine try_coarse(model, trial)
     type(model_type), intent(in) :: model
     type(trial_type), intent(out) :: trial
@@ -135,12 +137,12 @@ contains
     if (.not. allocated(error)) call try_run(coarse, trial)
   end subroutine try_coarse
 
-  !> Every second line of an axis, its ends, and those that a set of nodes stands on.
+  !> Returns every second line of an axis, its end lines and the lines used by node sets.
   pure function coarse_lines(axis, number, sets) result(lines)
     type(axis_type), intent(in) :: axis
     !> 1, 2 or 3.
     integer, intent(in) :: number
-    !> All sets of nodes.
+    !> All node sets.
     type(set_type), intent(in) :: sets(:)
     real(wp), allocatable :: lines(:)
     logical :: kept(size(axis%lines))
@@ -158,9 +160,9 @@ contains
     lines = pack(axis%lines, kept)
   end function coarse_lines
 
-  !> Least and largest processor seconds to expect of the run.
+  !> Returns the expected range of processor seconds of the run.
   pure function expected_range(fine, coarse) result(range)
-    !> Trials of the model and of the coarse one.
+    !> Trial runs of the model and of the coarse model.
     type(trial_type), intent(in) :: fine, coarse
     real(wp) :: range(2), estimate
     integer :: known

@@ -1,6 +1,6 @@
-!> A problem: what is to be analysed, before there is a model of it. It comes from a deck file, from the text of a
-!> deck in memory, or from an analysis that the program has filled in itself; and the program may give materials
-!> laws of its own.
+!> A problem: the definition of an analysis before its model is built. It comes from a deck file, from the text of a
+!> deck in memory, or from an analysis filled in by the program. The program can assign user-defined laws to its
+!> materials.
 module qsmpm_problem
   use qsmpm_named, only: add_names, named_type, place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
@@ -17,22 +17,22 @@ module qsmpm_problem
 
   public :: problem_type, own_material_type, own_laws, mark_own
 
-  !> A law that the embedding program gives to a material: a law for one dimension, or a soil model, for any.
+  !> User-defined law of a material: a law for one dimension, or a soil model for any dimension.
   type, extends(named_type) :: own_material_type
     class(law_type), allocatable :: law
     class(soil_model_type), allocatable :: model
   end type own_material_type
 
-  !> What is to be analysed.
+  !> Definition of an analysis.
   type :: problem_type
-    !> The scene as the deck says it, with all defaults.
+    !> The scene as defined in the deck, with all defaults.
     type(analysis_type) :: scene
-    !> Warnings of the reader, one a line; with an error also what is wrong.
+    !> Warnings of the reader, one per line; after an error also all faults.
     character(len=:), allocatable :: messages
     !> Whether `scene` has been read.
     logical :: given = .false.
     type(own_material_type), allocatable :: materials(:)
-    !> Clocks since the reading began.
+    !> Clocks started when reading begins.
     type(clock_type) :: clock
     type(stopwatch_type) :: watch
   contains
@@ -41,44 +41,44 @@ module qsmpm_problem
     procedure :: take => take_scene
     procedure, private :: set_law
     procedure, private :: set_model
-    !> Give a material a law of the program's own: an extension of law_type or of soil_model_type.
+    !> Assigns a user-defined law to a material: an extension of law_type or of soil_model_type.
     generic :: set_material => set_law, set_model
   end type problem_type
 
 contains
 
-  !> Read a deck from its file.
+  !> Reads a deck from a file.
   subroutine read_problem(self, path, error)
-    !> The problem; own materials given before stay.
+    !> The problem; user-defined laws assigned before are retained.
     class(problem_type), intent(inout) :: self
-    !> Path of the deck.
+    !> Path of the deck file.
     character(len=*), intent(in) :: path
-    !> What is wrong with the deck; the single faults are in `messages`.
+    !> Set when the deck has errors; `messages` lists all of them.
     type(error_type), allocatable, intent(out) :: error
 
     call take_deck(self, path, error)
   end subroutine read_problem
 
-  !> Read a deck that is at hand as text.
+  !> Reads a deck from a text in memory.
   subroutine parse_problem(self, text, name, error)
-    !> The problem; own materials given before stay.
+    !> The problem; user-defined laws assigned before are retained.
     class(problem_type), intent(inout) :: self
     !> Text of the deck, lines ended by new_line.
     character(len=*), intent(in) :: text
-    !> Name of the job and, with a path, the start of relative paths in the deck.
+    !> Job name; with a path, also the folder for relative paths in the deck.
     character(len=*), intent(in) :: name
-    !> What is wrong with the deck; the single faults are in `messages`.
+    !> Set when the deck has errors; `messages` lists all of them.
     type(error_type), allocatable, intent(out) :: error
 
     call take_deck(self, name, error, text)
   end subroutine parse_problem
 
-  !> Start the clocks, read, and keep what the reader has to say.
+  !> Starts the clocks, reads the deck and stores the messages of the reader.
   subroutine take_deck(self, name, error, text)
     class(problem_type), intent(inout) :: self
     character(len=*), intent(in) :: name
     type(error_type), allocatable, intent(out) :: error
-    !> Of the deck; that of the file of the name where it is not given.
+    !> Text of the deck; if absent, the file with this name is read.
     character(len=*), intent(in), optional :: text
     type(message_list_type) :: messages
 
@@ -94,14 +94,14 @@ contains
     self%given = .not. allocated(error)
   end subroutine take_deck
 
-  !> Take an analysis that the program has filled in. It is written as a deck and read again, so that it is checked
-  !> and completed like one, and faults name the lines of that deck.
+  !> Takes an analysis filled in by the program. It is written as a deck and read again, so that it is checked and
+  !> completed like a deck; errors refer to the lines of that deck.
   subroutine take_scene(self, scene, error)
-    !> The problem; own materials given before stay.
+    !> The problem; user-defined laws assigned before are retained.
     class(problem_type), intent(inout) :: self
-    !> The analysis: lists and texts allocated, as another problem's scene has them.
+    !> The analysis; lists and texts must be allocated, as in the scene of another problem.
     type(analysis_type), intent(in) :: scene
-    !> What is wrong with it; the single faults are in `messages`.
+    !> Set when the analysis has errors; `messages` lists all of them.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: text, name
 
@@ -111,14 +111,14 @@ contains
     call self%parse(text, name, error)
   end subroutine take_scene
 
-  !> Give a material a law for points of one dimension.
+  !> Assigns a law for points of one dimension to a material.
   subroutine set_law(self, material, law, error)
     class(problem_type), intent(inout) :: self
     !> Name of the material in the deck.
     character(len=*), intent(in) :: material
-    !> The law; a copy is kept.
+    !> The law; a copy is stored.
     class(law_type), intent(in) :: law
-    !> Set when the name is empty, or not one of the deck where one has been read.
+    !> Set when the name is empty, or is not a material of the deck that has been read.
     type(error_type), allocatable, intent(out) :: error
     integer :: place
 
@@ -126,14 +126,14 @@ contains
     if (.not. allocated(error)) allocate (self%materials(place)%law, source=law)
   end subroutine set_law
 
-  !> Give a material a soil model.
+  !> Assigns a soil model to a material.
   subroutine set_model(self, material, model, error)
     class(problem_type), intent(inout) :: self
     !> Name of the material in the deck.
     character(len=*), intent(in) :: material
-    !> The model; a copy is kept.
+    !> The model; a copy is stored.
     class(soil_model_type), intent(in) :: model
-    !> Set when the name is empty, or not one of the deck where one has been read.
+    !> Set when the name is empty, or is not a material of the deck that has been read.
     type(error_type), allocatable, intent(out) :: error
     integer :: place
 
@@ -141,13 +141,13 @@ contains
     if (.not. allocated(error)) allocate (self%materials(place)%model, source=model)
   end subroutine set_model
 
-  !> Empty place of a material in the list, the former one where it is given again.
+  !> Returns an empty position for a material in the list, or its previous position if it is assigned again.
   subroutine find_place(self, material, place, error)
     class(problem_type), intent(inout) :: self
     !> Name of the material.
     character(len=*), intent(in) :: material
     integer, intent(out) :: place
-    !> Set when the name is empty, or not one of the deck where one has been read.
+    !> Set when the name is empty, or is not a material of the deck that has been read.
     type(error_type), allocatable, intent(out) :: error
     type(own_material_type), allocatable :: longer(:)
     integer :: i
@@ -180,9 +180,9 @@ contains
     if (allocated(self%materials(place)%model)) deallocate (self%materials(place)%model)
   end subroutine find_place
 
-  !> Mark the materials whose law is the program's, so that nothing is proved of them.
+  !> Marks the materials with user-defined laws, about which the program makes no assumptions.
   subroutine mark_own(materials, analysis)
-    !> The program's materials, if there are any.
+    !> Materials with user-defined laws, if any.
     type(own_material_type), allocatable, intent(in) :: materials(:)
     type(analysis_type), intent(inout) :: analysis
     integer :: i, m
@@ -194,9 +194,9 @@ contains
     end do
   end subroutine mark_own
 
-  !> The program's laws in the order of the materials of an analysis.
+  !> Returns the user-defined laws in the order of the materials of an analysis.
   subroutine own_laws(materials, analysis, laws, error)
-    !> The program's materials, if there are any.
+    !> Materials with user-defined laws, if any.
     type(own_material_type), allocatable, intent(in) :: materials(:)
     type(analysis_type), intent(in) :: analysis
     !> (materials of the analysis)
@@ -231,10 +231,10 @@ contains
     end do
   end subroutine own_laws
 
-  !> The sentence for an unknown material.
+  !> Returns the error message for an unknown material.
   pure function unknown_text(analysis, name) result(text)
     type(analysis_type), intent(in) :: analysis
-    !> Name that is not there.
+    !> The unknown name.
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: text
     type(string_type), allocatable :: names(:)

@@ -1,7 +1,7 @@
-!> Which library this is, and what it was built with.
+!> Name and version of the library and its build options.
 !>
-!> Settings that belong to the process, not to a model: threads of OpenMP and of OpenBLAS. They are set on the way into
-!> the library and restored on the way out, so that an embedding program keeps its own.
+!> Also manages the settings of the process, not of a model: numbers of threads of OpenMP and OpenBLAS. They are set on
+!> entry to the library and restored on return, so that the embedding program keeps its own settings.
 module qsmpm_program_name
   use qsmpm_version, only: version, compiler, build_type, with_suitesparse, with_openmp
   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_set_num_threads
@@ -13,13 +13,13 @@ module qsmpm_program_name
 
   public :: program_name, has_feature, settings_type, enter_library, leave_library, check_threads
 
-  !> Version of the interface to C: 10000 major + 100 minor + patch. It grows with every change a caller can see.
+  !> Version of the C interface: 10000 major + 100 minor + patch; increased with every visible change.
   integer, parameter, public :: api_version = 201
 
-  !> Threads that may be asked for on any machine: that results do not depend on them is tested with more than it has.
+  !> Number of threads accepted on any machine: tests of the independence of results use more threads than processors.
   integer, parameter :: always_allowed = 64
 
-  !> The settings of the embedding program.
+  !> Settings of the embedding program.
   type :: settings_type
     integer :: threads = 1
     integer :: blas_threads = 1
@@ -27,16 +27,16 @@ module qsmpm_program_name
 
 contains
 
-  !> The program's name, version and make.
+  !> Returns name, version and build options of the program.
   pure function program_name() result(text)
     character(len=:), allocatable :: text
 
     text = 'qsmpm '//version//' ('//compiler//', '//build_type//')'
   end function program_name
 
-  !> Whether something optional is there; false for an unknown word.
+  !> Returns whether an optional feature is available; false for an unknown word.
   pure logical function has_feature(name)
-    !> suitesparse, openmp, mumps, soil_model, umat, udsm.
+    !> Name of the feature: suitesparse, openmp, mumps, soil_model, umat, udsm.
     character(len=*), intent(in) :: name
 
     select case (name)
@@ -51,11 +51,11 @@ contains
     end select
   end function has_feature
 
-  !> Refuse threads that a machine cannot have.
+  !> Checks the number of threads.
   subroutine check_threads(threads, error)
-    !> Threads that a model may use.
+    !> Number of threads of a model.
     integer, intent(in) :: threads
-    !> Set when they are none, or far more than there are processors.
+    !> Set when the number is below 1, or far above the number of processors.
     type(error_type), allocatable, intent(out) :: error
     integer :: most
 
@@ -65,9 +65,9 @@ contains
       integer_text(most)//' may be requested, this machine has '//integer_text(omp_get_num_procs())//' processors')
   end subroutine check_threads
 
-  !> Set those of the library.
+  !> Applies the settings of the library.
   subroutine enter_library(threads, settings)
-    !> Threads that a model may use.
+    !> Number of threads of a model.
     integer, intent(in) :: threads
     type(settings_type), intent(out) :: settings
 
@@ -77,7 +77,7 @@ contains
     call set_blas_threads(1)
   end subroutine enter_library
 
-  !> Restore those of the program.
+  !> Restores the settings of the program.
   subroutine leave_library(settings)
     type(settings_type), intent(in) :: settings
 

@@ -1,13 +1,14 @@
-!> The public face of the library: all names that a program needs, and no code. docs/embedding.md shows how.
+!> The public module of the library, without code of its own: re-exports all names that a program needs; see
+!> docs/embedding.md.
 !>
-!>     problem_type      what is to be analysed: read(path), parse(text, name), take(analysis), set_material(name, law)
+!>     problem_type      defines an analysis: read(path), parse(text, name), take(analysis), set_material(name, law)
 !>     simulation_type   the analysis: create, advance, advance_to, run, record, save, load, checkpoint,
 !>                       restore_checkpoint, stages, add_cards
-!>     value_shape, get_values, view_values, set_values   points, nodes and figures by name
-!>     observer_type     extended by a program that wants to hear of steps and sentences
-!>     term_type         extended by a program with forces of its own, and with fields of its own (need_field):
+!>     value_shape, get_values, view_values, set_values   values of points, nodes and the analysis by name
+!>     observer_type     extended by a program to receive steps and messages
+!>     term_type         extended by a program to add forces, and unknown fields (need_field), to the equations:
 !>                       simulation_type's add_term
-!>     law_type, soil_model_type   extended by a program with constitutive laws of its own
+!>     law_type, soil_model_type   extended by a program to add constitutive laws
 module qsmpm
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_other, error_deck, error_not_converged, error_left_mesh, &

@@ -1,8 +1,7 @@
-!> A deck from the file to the results: read, create, record, run, by the same procedures that an embedding
-!> program calls. Only the recorder writes, and nothing is written before deck, model and restart file are known to
-!> be good.
+!> Runs a deck from the file to the results: read, create, record and run, by the procedures that an embedding program
+!> calls. Only the recorder writes files, and nothing is written before deck, model and restart file are checked.
 !>
-!> The caller gets an exit code and the sentences that belong on the error output.
+!> The caller receives an exit code and the messages for the error output.
 module qsmpm_run
   use omp_lib, only: omp_set_num_threads
   use qsmpm_kinds, only: wp
@@ -38,41 +37,42 @@ module qsmpm_run
 
   public :: run_request_type, run_deck, check_deck, plan_deck
 
-  !> What is to be run, and how.
+  !> Request for a run.
   type :: run_request_type
-    !> Path of the deck.
+    !> Path of the deck file.
     character(len=:), allocatable :: deck
-    !> Directory of the results; empty asks for output/<job>.
+    !> Directory of the results; empty: output/<job>.
     character(len=:), allocatable :: directory
-    !> Restart file that the run continues, empty for a run from the start.
+    !> Restart file from which the run continues; empty for a run from the start.
     character(len=:), allocatable :: restart
     integer :: threads = 1
-    !> Show where the time went, and write it to profile.json.
+    !> Whether to print the distribution of the run time and write it to profile.json.
     logical :: profile = .false.
     !> One of the display_* values of qsmpm_display.
     integer :: display = display_plain
   end type run_request_type
 
-  !> What a signal's number is added to in an exit code.
+  !> Added to the number of a signal to form the exit code.
   integer, parameter :: signal_base = 128
 
 contains
 
-  !> Read a deck and build its model: the smallest one where the deck leaves it open. A test of one point has none.
+  !> Reads a deck and builds its model, the smallest equivalent one unless the deck specifies it. A deck with a test of
+  !> one point has no model.
   subroutine load_deck(path, plugins, scene, expansion, checks, model, warnings, error)
-    !> Path of the deck.
+    !> Path of the deck file.
     character(len=*), intent(in) :: path
-    !> Load the libraries of user materials.
+    !> Whether to load the libraries of user materials.
     logical, intent(in) :: plugins
-    !> The scene as the deck says it, with all defaults, and the way back to it from the model.
+    !> The scene as defined in the deck, with all defaults; the expansion from the model to the scene.
     class(analysis_type), allocatable, intent(out) :: scene
     type(expansion_type), intent(out) :: expansion
-    !> What was found about its reductions.
+    !> Results of the checks of possible reductions.
     type(reduction_check_type), allocatable, intent(out) :: checks(:)
     class(model_type), allocatable, intent(out) :: model
-    !> What the reader has to say, one sentence a line; empty when nothing.
+    !> Messages of the reader, one per line; empty if there are none.
     character(len=:), allocatable, intent(out) :: warnings
-    !> Set when the deck or the model is not good.
+    !> Set when the deck or the model has errors.
     type(error_type), allocatable, intent(out) :: error
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
@@ -90,10 +90,10 @@ contains
     scene%materials = model%analysis%materials
   end subroutine load_deck
 
-  !> Load no library: what a stranger's deck names would run on this machine.
+  !> Disables the loading of user libraries: a deck from another user would run its code on this machine.
   subroutine leave_libraries(scene, warnings)
     type(analysis_type), intent(inout) :: scene
-    !> Gains a sentence for each.
+    !> A message is appended for each library.
     character(len=:), allocatable, intent(inout) :: warnings
     integer :: m
 
@@ -107,15 +107,15 @@ contains
     end do
   end subroutine leave_libraries
 
-  !> Read, mesh and seed a deck and tell its totals.
+  !> Reads a deck, generates mesh and material points and returns a summary.
   subroutine check_deck(path, plugins, summary, report, exit_code)
-    !> Path of the deck.
+    !> Path of the deck file.
     character(len=*), intent(in) :: path
-    !> Load the libraries of user materials.
+    !> Whether to load the libraries of user materials.
     logical, intent(in) :: plugins
-    !> Totals, empty when the deck is not good.
+    !> Summary; empty when the deck has errors.
     character(len=:), allocatable, intent(out) :: summary
-    !> Warnings and errors, one a line.
+    !> Warnings and errors, one per line.
     character(len=:), allocatable, intent(out) :: report
     !> 0, or the code of the error.
     integer, intent(out) :: exit_code
@@ -140,17 +140,17 @@ contains
     end if
   end subroutine check_deck
 
-  !> Tell what of a deck will be modelled, and what it will cost.
+  !> Returns the plan of a deck: what is modelled and what the run will cost.
   subroutine plan_deck(path, plugins, json, ranks, text, report, exit_code)
-    !> Path of the deck.
+    !> Path of the deck file.
     character(len=*), intent(in) :: path
-    !> Load the libraries of user materials; write JSON.
+    !> Whether to load the libraries of user materials; whether to write JSON.
     logical, intent(in) :: plugins, json
-    !> Processes that are to share the deck.
+    !> Number of processes of the planned run.
     integer, intent(in) :: ranks
-    !> The plan, empty when the deck is not good.
+    !> The plan; empty when the deck has errors.
     character(len=:), allocatable, intent(out) :: text
-    !> Warnings and errors, one a line.
+    !> Warnings and errors, one per line.
     character(len=:), allocatable, intent(out) :: report
     !> 0, or the code of the error.
     integer, intent(out) :: exit_code
@@ -164,7 +164,7 @@ contains
 
     exit_code = 0
     text = ''
-    ! gfortran cannot see that bounds of what is not allocated are not looked at.
+    ! gfortran does not recognise that bounds of unallocated arrays are not used.
     allocate (checks(0), whole)
     call omp_set_num_threads(1)
     call set_blas_threads(1)
@@ -185,12 +185,12 @@ contains
     end if
   end subroutine plan_deck
 
-  !> Run a deck.
+  !> Runs a deck.
   subroutine run_deck(request, report, exit_code)
     type(run_request_type), intent(in) :: request
-    !> Warnings of the deck and errors, one a line.
+    !> Warnings of the deck and errors, one per line.
     character(len=:), allocatable, intent(out) :: report
-    !> 0 when the run finished; else the code of the error, or 128 plus the number of the signal.
+    !> 0 when the run finished; otherwise the code of the error, or 128 plus the number of the signal.
     integer, intent(out) :: exit_code
     class(problem_type), allocatable :: problem
     class(simulation_type), allocatable :: simulation
@@ -226,13 +226,13 @@ contains
     call simulation%destroy()
   end subroutine run_deck
 
-  !> Run an analysis whose results are written, and tell where the time went.
+  !> Runs an analysis, writes its results and reports the distribution of the run time.
   subroutine run_recorded(request, simulation, error, report, exit_code)
     type(run_request_type), intent(in) :: request
     type(simulation_type), intent(inout) :: simulation
-    !> What is wrong already.
+    !> An error that has occurred already.
     type(error_type), allocatable, intent(inout) :: error
-    !> Warnings and errors, one a line.
+    !> Warnings and errors, one per line.
     character(len=:), allocatable, intent(inout) :: report
     !> Unchanged when the run finished.
     integer, intent(inout) :: exit_code
@@ -252,7 +252,7 @@ contains
     if (allocated(outcome)) call report_error(report, outcome, exit_code)
   end subroutine run_recorded
 
-  !> Where the time went: a line of the log and, on request, a table and a file.
+  !> Reports the distribution of the run time: a line of the log and, on request, a table and a file.
   subroutine report_times(request, profile, recorder, error)
     type(run_request_type), intent(in) :: request
     type(run_profile_type), intent(in) :: profile
@@ -267,9 +267,9 @@ contains
       call write_text(recorder%directory//'/'//profile_file, profile_json(profile, request%threads), error)
   end subroutine report_times
 
-  !> Add an error to the report and take its exit code.
+  !> Appends an error to the report and sets the exit code.
   subroutine report_error(report, error, exit_code)
-    !> Warnings and errors, one a line.
+    !> Warnings and errors, one per line.
     character(len=:), allocatable, intent(inout) :: report
     type(error_type), intent(in) :: error
     integer, intent(out) :: exit_code

@@ -1,7 +1,7 @@
-!> An analysis in the hands of a program, with its load program: stages (the phases of a deck) are added, given their
-!> loads before they begin, and ended before their time. They are data of the scene, so that the resolved deck, the
-!> fingerprint of restart files and a window that is rebuilt all know of them. Values are had by name
-!> (`qsmpm_named_values`) or directly from `model`.
+!> An analysis controlled by a program, with its load program: stages (the phases of a deck) are added, assigned loads
+!> before they begin, and can be ended early. They are part of the scene, so that the resolved deck, the fingerprint of
+!> restart files and a regenerated window include them. Values are accessed by name (`qsmpm_named_values`) or directly
+!> in `model`.
 module qsmpm_simulation
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: three_dimensional
@@ -23,7 +23,7 @@ module qsmpm_simulation
 
   public :: simulation_type
 
-  !> An analysis whose loads the program may change.
+  !> An analysis whose loads can be changed by the program.
   type, extends(stepped_analysis_type) :: simulation_type
   contains
     procedure :: coming_stage, add_stage, end_stage, set_load_factor, set_steps, set_time, set_start_time, &
@@ -32,7 +32,7 @@ module qsmpm_simulation
 
 contains
 
-  !> Number of the stage that begins next, 0 when none is to come.
+  !> Returns the number of the stage that begins next, 0 if there is none.
   pure integer function coming_stage(self)
     class(simulation_type), intent(in) :: self
 
@@ -45,13 +45,13 @@ contains
     if (coming_stage > size(self%scene%phases)) coming_stage = 0
   end function coming_stage
 
-  !> The coming stage, or an error.
+  !> Finds the next stage.
   subroutine find_coming(self, number, error, values)
     class(simulation_type), intent(in) :: self
     integer, intent(out) :: number
-    !> Set when there is none.
+    !> Set when there is no next stage.
     type(error_type), allocatable, intent(out) :: error
-    !> What it is given; an error when one is not a finite number.
+    !> Values to be assigned; an error is set when one is not finite.
     real(wp), intent(in), optional :: values(:)
 
     number = 0
@@ -62,14 +62,14 @@ contains
     if (present(values) .and. .not. allocated(error)) call need_numbers(values, error)
   end subroutine find_coming
 
-  !> Add a stage behind the last one. Loads, fixities and controls stay as they are until they are changed.
+  !> Appends a stage. Loads, fixities and controls are those of the previous stage until they are changed.
   subroutine add_stage(self, name, steps, error)
     class(simulation_type), intent(inout) :: self
-    !> Name, which no other stage has.
+    !> Name of the stage, different from those of the other stages.
     character(len=*), intent(in) :: name
-    !> Load steps it is first cut into.
+    !> Initial number of load steps.
     integer, intent(in) :: steps
-    !> Set when the name is taken or empty, or there is no step.
+    !> Set when the name is in use or empty, or when the number of steps is below 1.
     type(error_type), allocatable, intent(out) :: error
     type(phase_type) :: phase
 
@@ -93,10 +93,10 @@ contains
     call self%take_over(error)
   end subroutine add_stage
 
-  !> End the present stage where it stands: its loads are those reached.
+  !> Ends the current stage at its current load, which becomes its final load.
   subroutine end_stage(self, error)
     class(simulation_type), intent(inout), target :: self
-    !> Set when no stage is under way.
+    !> Set when no stage is in progress.
     type(error_type), allocatable, intent(out) :: error
     type(observer_list_type) :: observers
     logical :: under_way
@@ -124,12 +124,12 @@ contains
     call end_phase(self%model, self%loop, observers, error)
   end subroutine end_stage
 
-  !> Load factor at the end of the coming stage, by which all its loads are multiplied.
+  !> Sets the load factor at the end of the next stage, which multiplies all its loads.
   subroutine set_load_factor(self, factor, error)
     class(simulation_type), intent(inout) :: self
-    !> Above 0, finite.
+    !> Positive and finite.
     real(wp), intent(in) :: factor
-    !> Set when it is not, or no stage is to come.
+    !> Set when it is not, or when there is no next stage.
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
@@ -141,12 +141,12 @@ contains
     call self%take_over(error)
   end subroutine set_load_factor
 
-  !> Load steps that the coming stage is first cut into.
+  !> Sets the initial number of load steps of the next stage.
   subroutine set_steps(self, steps, error)
     class(simulation_type), intent(inout) :: self
-    !> From 1.
+    !> At least 1.
     integer, intent(in) :: steps
-    !> Set when there is none, or no stage is to come.
+    !> Set when the number is below 1, or when there is no next stage.
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
@@ -158,12 +158,12 @@ contains
     call self%take_over(error)
   end subroutine set_steps
 
-  !> How long the coming stage lasts, for models that depend on time.
+  !> Sets the duration of the next stage, for time-dependent models.
   subroutine set_time(self, duration, error)
     class(simulation_type), intent(inout) :: self
-    !> Above 0, finite.
+    !> Positive and finite.
     real(wp), intent(in) :: duration
-    !> Set when it is not, or no stage is to come.
+    !> Set when it is not, or when there is no next stage.
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
@@ -178,11 +178,11 @@ contains
     call self%take_over(error)
   end subroutine set_time
 
-  !> Time at the start of the coming stage; where it is not set, the stage starts at the end of the one before.
+  !> Sets the time at the start of the next stage; by default the end time of the previous one.
   subroutine set_start_time(self, time, error)
     class(simulation_type), intent(inout) :: self
     real(wp), intent(in) :: time
-    !> Set when the time is not finite, or no stage is to come.
+    !> Set when the time is not finite, or when there is no next stage.
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
@@ -193,12 +193,12 @@ contains
     call self%take_over(error)
   end subroutine set_start_time
 
-  !> Gravity at the end of the coming stage.
+  !> Sets gravity at the end of the next stage.
   subroutine set_gravity(self, vector, error)
     class(simulation_type), intent(inout) :: self
-    !> It multiplies the unit weights (3).
+    !> Vector (3) that multiplies the unit weights.
     real(wp), intent(in) :: vector(3)
-    !> Set when it has a component out of the plane, or no stage is to come.
+    !> Set when it has an out-of-plane component, or when there is no next stage.
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
@@ -209,14 +209,14 @@ contains
     call self%take_over(error)
   end subroutine set_gravity
 
-  !> Dead traction on a surface at the end of the coming stage, per unit of its load factor.
+  !> Sets the dead traction on a surface at the end of the next stage, per unit load factor.
   subroutine set_traction(self, surface, vector, error)
     class(simulation_type), intent(inout) :: self
     !> Name of the surface.
     character(len=*), intent(in) :: surface
     !> Force per undeformed area (3).
     real(wp), intent(in) :: vector(3)
-    !> Set when there is no such surface, or no stage is to come.
+    !> Set when there is no such surface or no next stage.
     type(error_type), allocatable, intent(out) :: error
     type(traction_type) :: traction
     integer :: number, i, p
@@ -225,7 +225,7 @@ contains
     if (.not. allocated(error)) call need_vector(self, vector, error)
     if (.not. allocated(error)) call check_name(self%scene%surfaces, surface, 'surface', error)
     if (allocated(error)) return
-    ! Who carries it stays as it was said last.
+    ! The carrier of the load (surface or material points) is that of the last definition.
     do p = 1, number
       do i = 1, size(self%scene%phases(p)%tractions)
         associate (known => self%scene%phases(p)%tractions(i))
@@ -239,14 +239,14 @@ contains
     call self%take_over(error)
   end subroutine set_traction
 
-  !> Pressure on a surface at the end of the coming stage, per unit of its load factor.
+  !> Sets the pressure on a surface at the end of the next stage, per unit load factor.
   subroutine set_pressure(self, surface, pressure, error)
     class(simulation_type), intent(inout) :: self
     !> Name of the surface.
     character(len=*), intent(in) :: surface
-    !> Force per present area, positive against the body.
+    !> Force per current area, positive against the body.
     real(wp), intent(in) :: pressure
-    !> Set when there is no such surface, or no stage is to come.
+    !> Set when there is no such surface or no next stage.
     type(error_type), allocatable, intent(out) :: error
     type(traction_type) :: traction
     integer :: number
@@ -261,7 +261,7 @@ contains
     call self%take_over(error)
   end subroutine set_pressure
 
-  !> Put a load on a surface in the place of a former one of its kind, or behind the others.
+  !> Adds a load on a surface, or replaces the load of the same kind on that surface.
   subroutine put_traction(phase, traction)
     type(phase_type), intent(inout) :: phase
     type(traction_type), intent(in) :: traction
@@ -273,15 +273,17 @@ contains
     if (i > 0) phase%tractions(i) = traction
   end subroutine put_traction
 
-  !> Level of water at the end of the coming stage: of a row of a free surface in ground that consolidates, or of water
-  !> at rest. A stage without levels of its own gets those in force.
+  !> Sets a water level at the end of the next stage: of a row of a free surface in consolidating soil, or of
+  !> hydrostatic water. A stage without levels of its own uses those in force.
   subroutine set_water_level(self, name, level, error)
     class(simulation_type), intent(inout) :: self
-    !> Node set or surface of a row; for water at rest a body, or empty for all that have no level of their own.
+    !> Node set or surface of a row; for hydrostatic water a body, or empty for all bodies without a level of their
+    !> own.
     character(len=*), intent(in) :: name
-    !> Height as a coordinate.
+    !> Elevation, as a coordinate.
     real(wp), intent(in) :: level
-    !> Set when no such level is in force, water flows below it through ground as it is drawn, or no stage is to come.
+    !> Set when no such level is in force, when it is the boundary of a flow through the initial geometry, or when
+    !> there is no next stage.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: line(:)
     integer :: number, i, k, r
@@ -317,16 +319,16 @@ contains
       'through ground as it is drawn is found when its stage is added (*WATER LEVEL by cards)')
   end subroutine set_water_level
 
-  !> Displacement of a node set over the coming stage, per unit of its load factor.
+  !> Sets the displacement of a node set over the next stage, per unit load factor.
   subroutine set_displacement(self, set, component, value, error)
     class(simulation_type), intent(inout) :: self
     !> Name of the set.
     character(len=*), intent(in) :: set
     !> 1, 2 or 3.
     integer, intent(in) :: component
-    !> Displacement in the stage.
+    !> Displacement over the stage.
     real(wp), intent(in) :: value
-    !> Set when there is no such set or component, the set is held in this stage, or no stage is to come.
+    !> Set when there is no such set, component or next stage, or when the set is fixed in this stage.
     type(error_type), allocatable, intent(out) :: error
     type(prescription_type) :: prescription
     integer :: number, i
@@ -354,14 +356,14 @@ contains
     call self%take_over(error)
   end subroutine set_displacement
 
-  !> Components of a node set that are held from the coming stage on; none frees it.
+  !> Sets the fixed components of a node set from the next stage on; none releases it.
   subroutine set_fixity(self, set, fixed, error)
     class(simulation_type), intent(inout) :: self
     !> Name of the set.
     character(len=*), intent(in) :: set
-    !> Held components (3).
+    !> Whether each component is fixed (3).
     logical, intent(in) :: fixed(3)
-    !> Set when there is no such set, or no stage is to come.
+    !> Set when there is no such set or no next stage.
     type(error_type), allocatable, intent(out) :: error
     type(fixity_type) :: fixity
     integer :: number, i
@@ -369,7 +371,7 @@ contains
     call find_coming(self, number, error)
     if (allocated(error)) return
     call check_name(self%model%mesh%node_sets, set, 'node set', error)
-    ! Where all components are held, those that there are are meant.
+    ! A set with all components fixed means the components of a plane model.
     if (.not. allocated(error) .and. self%model%mesh%dimension == 2 .and. fixed(3) .and. .not. all(fixed)) &
       call fail(error, error_other, 'component 3 is not one of the model')
     if (allocated(error)) return
@@ -383,12 +385,12 @@ contains
     call self%take_over(error)
   end subroutine set_fixity
 
-  !> Forces on the material points from the next step on, as they stand: they are not raised over a stage.
+  !> Sets forces on the material points from the next step on; they are applied in full, not increased over a stage.
   subroutine set_point_force(self, force, error)
     class(simulation_type), intent(inout) :: self
     !> (dimension, points)
     real(wp), intent(in) :: force(:, :)
-    !> Set when there are not as many as points, or several processes share the model: none has the points of all.
+    !> Set when the number of points differs, or when several processes share the model, since none stores all points.
     type(error_type), allocatable, intent(out) :: error
 
     call need_model(self, error)
@@ -408,11 +410,11 @@ contains
     self%model%loading%point_force(:, :) = force
   end subroutine set_point_force
 
-  !> Whether there is such a surface or node set.
+  !> Checks that there is a surface or node set of this name.
   subroutine check_name(list, name, what, error)
     class(named_type), intent(in) :: list(:)
     character(len=*), intent(in) :: name
-    !> What it is the name of.
+    !> Kind of the item, for the message.
     character(len=*), intent(in) :: what
     !> Set when there is none.
     type(error_type), allocatable, intent(out) :: error
@@ -424,12 +426,12 @@ contains
     call fail(error, error_other, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
   end subroutine check_name
 
-  !> Set when a vector is not one of the scene.
+  !> Checks that a vector is valid for the scene.
   pure subroutine need_vector(self, vector, error)
     class(simulation_type), intent(in) :: self
     !> (3)
     real(wp), intent(in) :: vector(3)
-    !> Set when a component is infinite, not a number, or out of the plane of a plane scene.
+    !> Set when a component is infinite or not a number, or is out of plane in a plane scene.
     type(error_type), allocatable, intent(out) :: error
 
     call need_numbers(vector, error)
@@ -437,10 +439,10 @@ contains
     if (abs(vector(3)) > 0.0_wp) call fail(error, error_other, 'the vector has a component along z, the scene is plane')
   end subroutine need_vector
 
-  !> Set when a value is not a number.
+  !> Checks that values are finite.
   pure subroutine need_numbers(values, error)
     real(wp), intent(in) :: values(:)
-    !> Set when one is infinite or not a number.
+    !> Set when a value is infinite or not a number.
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. all(abs(values) <= huge(1.0_wp))) call fail(error, error_other, 'a value is not a finite number')

@@ -1,4 +1,4 @@
-!> A copy of an analysis between two steps, in memory: to try a load and take it back.
+!> A copy of an analysis between two steps, in memory, with which a trial load can be undone.
 module qsmpm_snapshot
   use qsmpm_phase_description, only: phase_type
   use qsmpm_model, only: model_type, state_type, loading_type, kept_phase_type
@@ -9,11 +9,11 @@ module qsmpm_snapshot
 
   public :: snapshot_type, take_snapshot, restore_checkpoint, copy_phases
 
-  !> State, loads, stages and the ends of those that later ones start from.
+  !> State, loads, stages, and stored ends of phases from which later phases start.
   type :: snapshot_type
-    !> Whether there is one.
+    !> Whether a copy is stored.
     logical :: taken = .false.
-    !> Materials there were.
+    !> Number of materials of the copied model.
     integer :: materials = 0
     class(state_type), allocatable, private :: state
     type(loading_type), private :: loading
@@ -24,7 +24,7 @@ module qsmpm_snapshot
 
 contains
 
-  !> Copy.
+  !> Stores a copy of an analysis.
   subroutine take_snapshot(model, phases, loop, snapshot)
     type(model_type), intent(in) :: model
     !> Stages of the scene.
@@ -43,7 +43,7 @@ contains
     snapshot%taken = .true.
   end subroutine take_snapshot
 
-  !> Put a copy back, of the same model.
+  !> Restores a copy of the same model.
   subroutine restore_checkpoint(snapshot, model, phases, loop)
     type(snapshot_type), intent(in) :: snapshot
     type(model_type), intent(inout) :: model
@@ -53,7 +53,7 @@ contains
 
     call copy_phases(snapshot%phases, phases)
     call copy_phases(snapshot%model_phases, model%analysis%phases)
-    ! A window that is laid again resolves the loads, so they come last.
+    ! A regenerated window evaluates the loads again, so the loads are restored last.
     model%state%progress%phase = min(model%state%progress%phase, size(phases))
     call restore(snapshot%state, model)
     model%loading = snapshot%loading
@@ -62,7 +62,7 @@ contains
     loop%end_notified = snapshot%end_notified
   end subroutine restore_checkpoint
 
-  !> Copy kept phases one by one.
+  !> Copies stored phases one by one.
   subroutine copy_kept(from, to)
     type(kept_phase_type), allocatable, intent(in) :: from(:)
     type(kept_phase_type), allocatable, intent(inout) :: to(:)
@@ -76,11 +76,9 @@ contains
     end do
   end subroutine copy_kept
 
-  !> Copy stages one by one.
+  !> Copies stages one by one.
   subroutine copy_phases(from, to)
-    !> The stages.
     type(phase_type), intent(in) :: from(:)
-    !> Their copy.
     type(phase_type), allocatable, intent(inout) :: to(:)
     type(phase_type), allocatable :: copy(:)
     integer :: i

@@ -1,13 +1,13 @@
-!> The load program of an embedding program: a stage (a phase of a deck) ends before its time, the model is given the
-!> stages of the scene.
+!> Changes of the stages of an analysis by an embedding program: a stage (a phase of a deck) ends early, and the model
+!> takes the stages of the scene.
 !>
-!> Deck cards that a program adds to a scene behind its deck: materials and phases. They are read with the scene as one
-!> deck, so that they mean and are checked for what they would be there; lines of their faults are counted in what was
-!> added.
+!> Materials and phases can be added to a scene as deck keywords. They are read together with the scene as one deck, so
+!> that they have the same meaning and are checked in the same way; line numbers of errors refer to the added text.
 !>
-!> A model under way takes over a scene with more materials and phases than it was built for. The whole scene is built
-!> again beside it, so that everything is checked as in a deck; what that model has of laws and phases is taken, and
-!> what stands on the state (bodies that come and go, pore pressure, ends of phases) is made ready where the state is.
+!> A model in progress is extended to a scene with more materials and phases. The whole scene is built again as a
+!> separate model, so that everything is checked as in a deck; laws and phases of that model are taken over, and what
+!> depends on the state (activated and deactivated bodies, pore pressure, ends of phases) is set up for the current
+!> state.
 module qsmpm_stages
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -43,27 +43,27 @@ module qsmpm_stages
   public :: cut_stage, take_over_stages, take_phases, same_steps, read_added_cards, name_added_lines, extend_model, &
     drop_materials
 
-  !> What stands for the file in messages.
+  !> Replaces the file name in messages.
   character(len=*), parameter :: added_name = 'added cards'
 
-  !> Where the added lines lie in the whole deck: materials behind the model, phases at the end.
+  !> Position of the added lines in the combined deck: materials before the first phase, phases at the end.
   type, public :: added_lines_type
     character(len=:), allocatable :: deck
-    !> Lines before the materials, of the materials, and between them and the phases.
+    !> Number of lines before the materials, of the materials, and between them and the phases.
     integer :: before = 0, materials = 0, between = 0
   end type added_lines_type
 
 contains
 
-  !> Let a stage end where it stands: its loads become those reached, its displacements those done. A water level that
-  !> is half way is not a level, nor is the pressure of one.
+  !> Ends a stage at its current load: the loads reached become its loads, the displacements reached its displacements.
+  !> An interpolated water level is not a valid level, nor is its pressure.
   subroutine cut_stage(scene, number, share, error)
     type(analysis_type), intent(inout) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
-    !> Share of the stage that is done.
+    !> Completed load fraction of the stage.
     real(wp), intent(in) :: share
-    !> The stage moves a water level; it is then as it was.
+    !> Set when the stage moves a water level; the stage is then unchanged.
     type(error_type), allocatable, intent(out) :: error
     type(traction_type) :: before
     real(wp) :: factor, kept, start
@@ -75,7 +75,7 @@ contains
       return
     end if
 
-    ! A stage of which nothing is done keeps its load factor, which must not be 0.
+    ! A stage without any completed step keeps its load factor, which must not be 0.
     kept = merge(share, 1.0_wp, share > 0.0_wp)
     scene%phases(number)%duration = kept*scene%phases(number)%duration
     associate (phase => scene%phases(number))
@@ -94,7 +94,7 @@ contains
             traction%gradient = traction%gradient/kept
             traction%vector = traction%vector/kept
           else if (traction%follows) then
-            ! The pressure that is reached in the place of that of the end of a stage; both vary with height all along.
+            ! The pressure reached replaces the pressure at the end of the stage; both vary linearly with height.
             start = before%pressure + upwards(scene)*before%gradient*(before%height - traction%height)
             traction%pressure = between(start, phase%load_factor*traction%pressure, share)/factor
             traction%gradient = between(before%gradient, phase%load_factor*traction%gradient, share)/factor
@@ -110,7 +110,7 @@ contains
     end associate
   end subroutine cut_stage
 
-  !> Whether a stage that does not start from K0 stresses gives a water level or a pressure of water.
+  !> Returns whether a stage that does not start from K0 stresses moves a water level or the pressure of water.
   pure logical function moves_water(scene, number)
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
@@ -130,7 +130,7 @@ contains
     end associate
   end function moves_water
 
-  !> Gravity at the end of the stages before one.
+  !> Returns gravity at the end of the stages before a stage.
   pure function gravity_before(scene, number) result(vector)
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
@@ -148,14 +148,14 @@ contains
     end do
   end function gravity_before
 
-  !> Dead traction or pressure at the end of the stages before one.
+  !> Returns the dead traction or pressure on a surface at the end of the stages before a stage.
   pure type(traction_type) function load_before(scene, number, surface, follows) result(load)
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
     !> Name of the surface.
     character(len=*), intent(in) :: surface
-    !> The pressure.
+    !> Whether the load is a pressure (follower load).
     logical, intent(in) :: follows
     integer, allocatable :: line(:)
 
@@ -163,15 +163,15 @@ contains
     load = load_in_force(scene%phases, line(:size(line) - 1), surface, follows)
   end function load_before
 
-  !> Give the model the stages of the scene. A reduced model takes them only where its reductions hold with them too.
+  !> Assigns the stages of the scene to the model. A reduced model accepts them only if its reductions remain valid.
   subroutine take_over_stages(scene, expansion, model, error)
     !> The scene with its new stages.
     type(analysis_type), intent(in) :: scene
-    !> The way from the model to the scene.
+    !> The expansion from the model to the scene.
     type(expansion_type), intent(in) :: expansion
-    !> The model; unchanged with an error.
+    !> The model; unchanged on error.
     type(model_type), intent(inout) :: model
-    !> Set when the scene with these stages is not what the model is good for.
+    !> Set when the reductions of the model are not valid for the scene with these stages.
     type(error_type), allocatable, intent(out) :: error
     type(analysis_type) :: reduced
     type(expansion_type) :: now
@@ -190,9 +190,9 @@ contains
     call take_phases(reduced, model)
   end subroutine take_over_stages
 
-  !> Copy the stages.
+  !> Copies the stages.
   subroutine take_phases(analysis, model)
-    !> Where they come from.
+    !> Analysis that contains the stages.
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(inout) :: model
 
@@ -200,7 +200,7 @@ contains
     call take_drainage(model)
   end subroutine take_phases
 
-  !> Tell the laws of undrained soil what the pore water does in all phases.
+  !> Updates the drainage of the laws of undrained soil for all phases.
   subroutine take_drainage(model)
     type(model_type), intent(inout) :: model
     integer :: m
@@ -218,26 +218,26 @@ contains
     end do
   end subroutine take_drainage
 
-  !> Whether two scenes were reduced in the same way.
+  !> Returns whether two scenes were reduced in the same way.
   pure logical function same_steps(a, b)
-    !> Both ways.
+    !> Expansions of the two scenes.
     type(expansion_type), intent(in) :: a, b
 
     same_steps = size(a%steps) == size(b%steps)
     if (same_steps) same_steps = all(a%steps%kind == b%steps%kind .and. a%steps%axis == b%steps%axis)
   end function same_steps
 
-  !> The scene with the materials and phases of some cards.
+  !> Extends a scene by materials and phases given as deck keywords.
   subroutine read_added_cards(scene, cards, extended, lines, warnings, error)
     type(analysis_type), intent(in) :: scene
-    !> Lines of a deck: *MATERIAL and *PHASE with what belongs to them.
+    !> Lines of a deck: *MATERIAL and *PHASE blocks.
     character(len=*), intent(in) :: cards
-    !> The scene and they.
+    !> The extended scene.
     type(analysis_type), intent(out) :: extended
     type(added_lines_type), intent(out) :: lines
-    !> Sentences of the reader, one a line.
+    !> Messages of the reader, one per line.
     character(len=:), allocatable, intent(out) :: warnings
-    !> The cards are not good; its message has all faults.
+    !> Set when the keywords have errors; its message lists all of them.
     type(error_type), allocatable, intent(out) :: error
     type(analysis_type) :: whole
     type(message_list_type) :: messages
@@ -250,7 +250,7 @@ contains
     warnings = name_added_lines(message_text(messages), lines)
     if (allocated(error)) then
       deallocate (error)
-      ! What was changed by calls may be no deck any more: then its own lines are reported.
+      ! A scene changed by calls may not be a valid deck any more; its own lines are then reported.
       if (len(warnings) == 0) warnings = message_text(messages)
       call fail(error, error_deck, 'the cards are not good:'//newline//warnings)
       return
@@ -259,7 +259,7 @@ contains
     if (.not. allocated(error)) call take_new(scene, whole, extended)
   end subroutine read_added_cards
 
-  !> The deck with materials before its first phase and phases behind its last one.
+  !> Assembles the deck with the materials before its first phase and the phases at its end.
   subroutine put_together(echo, cards, text, lines)
     character(len=*), intent(in) :: echo, cards
     character(len=:), allocatable, intent(out) :: text
@@ -275,7 +275,7 @@ contains
     text = text//echo(old:)//ended(cards(new:))
   end subroutine put_together
 
-  !> Where the first line with *PHASE begins; behind the end where there is none.
+  !> Returns the position of the first line with *PHASE; the end of the text plus one if there is none.
   pure integer function first_phase(text) result(place)
     character(len=*), intent(in) :: text
     integer :: length
@@ -290,7 +290,7 @@ contains
     place = len(text) + 1
   end function first_phase
 
-  !> A text whose last line is ended.
+  !> Returns a text whose last line is terminated.
   pure function ended(text)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: ended
@@ -300,7 +300,7 @@ contains
     if (text(len(text):) /= newline) ended = text//newline
   end function ended
 
-  !> Number of lines.
+  !> Returns the number of lines.
   pure integer function line_count(text)
     character(len=*), intent(in) :: text
     integer :: i
@@ -308,10 +308,10 @@ contains
     line_count = count([(text(i:i) == newline, i=1, len(text))])
   end function line_count
 
-  !> Sentences of the form `deck:line: ...` with the lines counted in the added cards; those of other lines are left
-  !> out, as they have been reported before.
+  !> Selects the messages of the form `deck:line: ...` that refer to added lines and renumbers the lines; messages
+  !> about other lines have been reported before and are omitted.
   pure function name_added_lines(sentences, lines) result(text)
-    !> One a line.
+    !> Messages, one per line.
     character(len=*), intent(in) :: sentences
     type(added_lines_type), intent(in) :: lines
     character(len=:), allocatable :: text
@@ -336,12 +336,12 @@ contains
     end do
   end function name_added_lines
 
-  !> Nothing else than materials and phases is new.
+  !> Checks that only materials and phases are new.
   subroutine check_kinds(scene, echo, whole, error)
     type(analysis_type), intent(in) :: scene
-    !> The scene as a deck.
+    !> The scene written as a deck.
     character(len=*), intent(in) :: echo
-    !> What was read.
+    !> The combined scene that was read.
     type(analysis_type), intent(in) :: whole
     type(error_type), allocatable, intent(out) :: error
     type(analysis_type) :: rest
@@ -355,7 +355,7 @@ contains
       'them, can be added to a scene')
   end subroutine check_kinds
 
-  !> Take the new materials and phases; of the others only what the pore water does in the new phases.
+  !> Takes the new materials and phases; of the existing materials only the drainage in the new phases is changed.
   subroutine take_new(scene, whole, extended)
     type(analysis_type), intent(in) :: scene, whole
     type(analysis_type), intent(inout) :: extended
@@ -377,18 +377,18 @@ contains
     end do
   end subroutine take_new
 
-  !> Take over a scene that begins with that of the model.
+  !> Extends the model to a scene that begins with the model's scene.
   subroutine extend_model(scene, expansion, own, ended, model, error)
     type(analysis_type), intent(in) :: scene
-    !> The way from the model to the scene.
+    !> The expansion from the model to the scene.
     type(expansion_type), intent(in) :: expansion
-    !> Laws of the program, where it has given any (materials the model was built with).
+    !> User-defined laws, where assigned (materials of the model when built).
     type(law_slot_type), intent(in) :: own(:)
-    !> The present phase has ended.
+    !> Whether the current phase has ended.
     logical, intent(in) :: ended
-    !> Unchanged with an error.
+    !> Unchanged on error.
     type(model_type), intent(inout) :: model
-    !> Set when the scene or the model is not good for it.
+    !> Set when the scene has errors or the model cannot be extended.
     type(error_type), allocatable, intent(out) :: error
     class(analysis_type), allocatable :: reduced
     type(expansion_type) :: now
@@ -414,9 +414,9 @@ contains
     call take_model(fresh, ended, model)
   end subroutine extend_model
 
-  !> Set when the state of the model cannot carry what is new.
+  !> Checks that the state of the model can store the new data.
   subroutine check_fit(fresh, model, error)
-    !> Of the whole scene, at its start.
+    !> Model of the whole scene at its start.
     type(model_type), intent(in) :: fresh
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
@@ -444,7 +444,7 @@ contains
     end associate
   end subroutine check_fit
 
-  !> Take materials, laws and phases, and make the state ready for them.
+  !> Takes materials, laws and phases and prepares the state for them.
   subroutine take_model(fresh, ended, model)
     type(model_type), intent(inout) :: fresh
     logical, intent(in) :: ended
@@ -459,7 +459,7 @@ contains
     call take_phases(fresh%analysis, model)
     model%strength = strength_factor_type()
     call fit_laws(model)
-    ! Bodies come or go for the first time; those of a state that was put back may have been parted before.
+    ! First activation or deactivation of bodies; in a restored state the bodies may be separated already.
     if (.not. parted .and. has_stages(model%analysis)) then
       if (allocated(model%tracer_body)) deallocate (model%tracer_body, model%tracer_foot)
       model%feet = lift_feet_type()
@@ -476,7 +476,7 @@ contains
     if (ended) call keep_phase(model)
   end subroutine take_model
 
-  !> Let the points carry pore pressures.
+  !> Allocates pore pressures at the points.
   subroutine wet(state)
     type(state_type), intent(inout) :: state
 
@@ -486,7 +486,7 @@ contains
     call start_water(state%inactive%unloading)
   end subroutine wet
 
-  !> Forget the materials behind a number, which a state that was put back does not know.
+  !> Removes the materials above a number, which a restored state does not have.
   subroutine drop_materials(number, scene, model)
     integer, intent(in) :: number
     type(analysis_type), intent(inout) :: scene
@@ -508,7 +508,7 @@ contains
     call move_alloc(laws, model%laws)
   end subroutine drop_materials
 
-  !> Keep the first materials.
+  !> Retains the first materials.
   subroutine shorten(number, analysis)
     integer, intent(in) :: number
     type(analysis_type), intent(inout) :: analysis

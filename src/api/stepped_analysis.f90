@@ -1,7 +1,8 @@
-!> One analysis that a program holds and steps: made, advanced, written, saved, restored. There is no state outside the
-!> object, so that any number of them may live and take turns in one process; each gives the bytes of a run of its own.
+!> An analysis controlled by a program: created, stepped, written, saved and restored. All data are components of the
+!> object, so that several analyses can exist and be stepped alternately in one process; each gives results identical
+!> to those of a separate run.
 !>
-!> What listens is an argument of the calls that step. Changes of loads are left to `qsmpm_simulation`.
+!> Observers are arguments of the calls that step. Changes of loads are implemented in `qsmpm_simulation`.
 module qsmpm_stepped_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -43,48 +44,49 @@ module qsmpm_stepped_analysis
 
   public :: stepped_analysis_type, need_model
 
-  !> Shares of a stage closer than this are the same.
+  !> Load fractions of a stage that differ by less are equal.
   real(wp), parameter :: closeness = 1.0e-9_wp
 
-  !> An analysis in the hands of a program.
+  !> An analysis controlled by a program.
   type :: stepped_analysis_type
-    !> The scene as it was written, with the stages added since.
+    !> The scene as defined, with the stages added since.
     type(analysis_type) :: scene
-    !> What is modelled of it: mesh, material points, loads. To be looked at; changed by the procedures below.
-    !> Allocated while it is ready; as a class, it and the recorder are copied and freed by one call (qsmpm_model).
+    !> The model: mesh, material points, loads; for reading only, changed by the procedures below. It is allocated
+    !> while the analysis is ready; as a class, it and the recorder are copied and deallocated by one call
+    !> (qsmpm_model).
     class(model_type), allocatable :: model
-    !> Threads it may use; the results do not depend on them.
+    !> Number of threads; the results do not depend on it.
     integer :: threads = 1
-    !> How the last accepted step went.
+    !> Record of the last accepted step.
     type(step_record_type) :: last
-    !> There is a model.
+    !> Whether there is a model.
     logical :: ready = .false.
-    !> What was found about reductions of the scene.
+    !> Results of the checks of possible reductions of the scene.
     type(reduction_check_type), allocatable :: checks(:)
-    !> Where results are written, while they are.
+    !> Recorder of the results, while they are written.
     class(recorder_type), allocatable :: recorder
     !> Time and work so far.
     type(step_loop_type) :: loop
     type(expansion_type), private :: expansion
     type(phase_type), allocatable, private :: adopted(:)
-    !> Laws of the program (materials of the deck).
+    !> User-defined laws (materials of the deck).
     type(law_slot_type), allocatable, private :: own(:)
     type(clock_type), private :: clock
-    !> What the reader of the deck had to say.
+    !> Messages of the deck reader.
     character(len=:), allocatable :: messages
-    !> Why the last step was not reached.
+    !> Error that ended the last step.
     type(error_type), allocatable :: outcome
   contains
     procedure :: create
     procedure :: destroy
     procedure, private :: advance_alone, advance_observed
-    !> One accepted load step.
+    !> Computes one accepted load step.
     generic :: advance => advance_alone, advance_observed
     procedure, private :: advance_to_alone, advance_to_observed
-    !> Step to a share of the present or coming stage.
+    !> Steps to a load fraction of the current or next stage.
     generic :: advance_to => advance_to_alone, advance_to_observed
     procedure, private :: run_alone, run_observed
-    !> Step to the end of the last stage.
+    !> Steps to the end of the last stage.
     generic :: run => run_alone, run_observed
     procedure :: finished, add_term => add_own_term, record, finish_record, save => save_state, load => load_state, &
       checkpoint, restore_checkpoint => restore_kept, take_over, add_cards
@@ -92,14 +94,14 @@ module qsmpm_stepped_analysis
 
 contains
 
-  !> Mesh, seed and make ready to step.
+  !> Generates the mesh and the material points and prepares the analysis for stepping.
   subroutine create(self, problem, error, team)
-    !> The analysis; a former one is given up.
+    !> The analysis; a previous one is discarded.
     class(stepped_analysis_type), intent(inout) :: self
     type(problem_type), intent(in) :: problem
-    !> Set when the deck or a material of the program is not good.
+    !> Set when the deck or a user-defined material has errors.
     type(error_type), allocatable, intent(out) :: error
-    !> Who may share the model as it is built; this process alone where it is not given.
+    !> Processes that share the model; by default this process alone.
     type(team_type), intent(in), optional :: team
     class(analysis_type), allocatable :: analysis
     type(team_type) :: sharing
@@ -126,7 +128,7 @@ contains
     if (.not. allocated(self%model)) allocate (self%model)
     call reduce_scene(self%scene, analysis, self%expansion, self%checks)
     call own_laws(problem%materials, analysis, laws, error)
-    ! Results of a scene that is larger than its model are made of the whole model.
+    ! The results of a scene that is larger than its model are computed from the whole model.
     if (present(team) .and. size(self%expansion%steps) == 0) sharing = team
     if (.not. allocated(error)) call build_model(analysis, self%model, error, laws, sharing)
     if (allocated(laws)) call move_alloc(laws, self%own)
@@ -140,7 +142,7 @@ contains
     call leave_library(settings)
   end subroutine create
 
-  !> Give everything back. The results that are written are closed; use finish_record to hear of faults in that.
+  !> Deallocates all data and closes the result files. Call finish_record before to receive errors of closing.
   subroutine destroy(self)
     class(stepped_analysis_type), intent(inout) :: self
     type(error_type), allocatable :: error
@@ -155,12 +157,12 @@ contains
     if (allocated(self%outcome)) deallocate (self%outcome)
   end subroutine destroy
 
-  !> A loop at rest.
+  !> Resets the step loop.
   subroutine clear(loop)
     type(step_loop_type), intent(out) :: loop
   end subroutine clear
 
-  !> Set when there is no model.
+  !> Checks that there is a model.
   subroutine need_model(self, error)
     class(stepped_analysis_type), intent(in) :: self
     !> Set when there is none.
@@ -169,7 +171,7 @@ contains
     if (.not. self%ready) call fail(error, error_other, 'there is no model: create it first')
   end subroutine need_model
 
-  !> Whether the last stage has ended.
+  !> Returns whether the last stage has ended.
   pure logical function finished(self)
     class(stepped_analysis_type), intent(in) :: self
 
@@ -177,76 +179,76 @@ contains
     if (self%ready) finished = is_finished(self%model, self%loop)
   end function finished
 
-  !> One accepted load step.
+  !> Computes one accepted load step.
   subroutine advance_alone(self, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Why there is none; the state is then that of the last accepted step.
+    !> Set when no step is accepted; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
     call step_on(self, 1.0_wp, error)
   end subroutine advance_alone
 
-  !> One accepted load step, with a observer.
+  !> Computes one accepted load step with an observer.
   subroutine advance_observed(self, observer, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Listener of the program.
+    !> Observer supplied by the program.
     class(observer_type), intent(inout) :: observer
-    !> Why there is none; the state is then that of the last accepted step.
+    !> Set when no step is accepted; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
     call step_on(self, 1.0_wp, error, observer)
   end subroutine advance_observed
 
-  !> Step to a share of the present stage, or of the coming one between stages.
+  !> Steps to a load fraction of the current stage, or of the next stage when between stages.
   subroutine advance_to_alone(self, share, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Share of the stage, above the present one, to 1.
+    !> Load fraction to reach, greater than the current one and at most 1.
     real(wp), intent(in) :: share
-    !> Why it is not reached; the state is then that of the last accepted step.
+    !> Set when it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
     call step_to(self, share, error)
   end subroutine advance_to_alone
 
-  !> Step to a share of a stage, with a observer.
+  !> Steps to a load fraction of a stage with an observer.
   subroutine advance_to_observed(self, share, observer, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Share of the stage, above the present one, to 1.
+    !> Load fraction to reach, greater than the current one and at most 1.
     real(wp), intent(in) :: share
-    !> Listener of the program.
+    !> Observer supplied by the program.
     class(observer_type), intent(inout) :: observer
-    !> Why it is not reached; the state is then that of the last accepted step.
+    !> Set when it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
     call step_to(self, share, error, observer)
   end subroutine advance_to_observed
 
-  !> Step to the end of the last stage.
+  !> Steps to the end of the last stage.
   subroutine run_alone(self, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Why it is not reached; the state is then that of the last accepted step.
+    !> Set when it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
     call run_on(self, error)
   end subroutine run_alone
 
-  !> Step to the end of the last stage, with a observer.
+  !> Steps to the end of the last stage with an observer.
   subroutine run_observed(self, observer, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Listener of the program.
+    !> Observer supplied by the program.
     class(observer_type), intent(inout) :: observer
-    !> Why it is not reached; the state is then that of the last accepted step.
+    !> Set when it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
     call run_on(self, error, observer)
   end subroutine run_observed
 
-  !> Step to the end of the last stage; without the stages that cannot be carried on and those that start from them.
+  !> Steps to the end of the last stage; skips failed stages and those that start from them.
   subroutine run_on(self, error, observer)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Why it is not reached, or which stages were not.
+    !> Set when the end is not reached, or names the stages that failed.
     type(error_type), allocatable, intent(out) :: error
-    !> Listener of the program.
+    !> Observer supplied by the program.
     class(observer_type), intent(inout), optional :: observer
 
     call need_model(self, error)
@@ -255,14 +257,14 @@ contains
     end do
   end subroutine run_on
 
-  !> Steps to a share of a stage.
+  !> Steps to a load fraction of a stage.
   subroutine step_to(self, share, error, observer)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Share of the stage.
+    !> Load fraction of the stage.
     real(wp), intent(in) :: share
-    !> Why it is not reached.
+    !> Set when it is not reached.
     type(error_type), allocatable, intent(out) :: error
-    !> Listener of the program.
+    !> Observer supplied by the program.
     class(observer_type), intent(inout), optional :: observer
     real(wp) :: done
 
@@ -280,16 +282,16 @@ contains
     end do
   end subroutine step_to
 
-  !> One accepted step that goes no further than a share of its stage.
+  !> Computes one accepted step up to at most a load fraction of its stage.
   subroutine step_on(self, limit, error, observer, leaves_lost)
     class(stepped_analysis_type), intent(inout), target :: self
-    !> Share of the stage.
+    !> Load fraction of the stage.
     real(wp), intent(in) :: limit
-    !> Why there is none.
+    !> Set when no step is accepted.
     type(error_type), allocatable, intent(out) :: error
-    !> Listener of the program.
+    !> Observer supplied by the program.
     class(observer_type), intent(inout), optional, target :: observer
-    !> Go on without a stage that is lost.
+    !> Whether to continue without a failed stage.
     logical, intent(in), optional :: leaves_lost
     type(observer_list_type) :: observers
     type(settings_type) :: settings
@@ -310,12 +312,12 @@ contains
     if (allocated(error)) allocate (self%outcome, source=error)
   end subroutine step_on
 
-  !> Add a term of the program's own to the equations, before the first step and before anything is written.
+  !> Adds a user-defined term to the equations, before the first step and before results are written.
   subroutine add_own_term(self, term, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> What it is; a copy is taken.
+    !> The term; a copy is stored.
     class(term_type), intent(in) :: term
-    !> Set when it is too late.
+    !> Set when steps have been made or results are being written.
     type(error_type), allocatable, intent(out) :: error
 
     call need_model(self, error)
@@ -327,16 +329,16 @@ contains
     call add_term(self%model, self%loop%step%terms, term)
   end subroutine add_own_term
 
-  !> From now on, write what a run of the command line writes.
+  !> Starts to write the results that a run of the command line writes.
   subroutine record(self, directory, error, display, continued)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Where to; it is made when it is not there. What an earlier run left is replaced.
+    !> Directory, created if it does not exist; results of an earlier run are replaced.
     character(len=*), intent(in) :: directory
-    !> Set when something cannot be written.
+    !> Set when a file cannot be written.
     type(error_type), allocatable, intent(out) :: error
-    !> One of the display_* values of qsmpm_display; nothing is shown unless given.
+    !> One of the display_* values of qsmpm_display; by default nothing is displayed.
     integer, intent(in), optional :: display
-    !> The state was loaded, and the directory holds what was written up to it.
+    !> Whether the state was loaded and the directory contains the results up to it.
     logical, intent(in), optional :: continued
     class(recorder_options_type), allocatable :: options
     character(len=:), allocatable :: echo
@@ -366,16 +368,16 @@ contains
     else
       if (len(self%messages) > 0) call self%recorder%note(without_last_newline(self%messages))
       if (self%loop%team%rank == 0) call write_text(directory//'/'//self%model%analysis%job//'.echo.inp', echo, error)
-      ! A model in a library that ends the process does so before these files are closed.
+      ! If a model in a library ends the process, this happens before these files are closed.
       if (self%loop%team%rank == 0) call guard_exit()
     end if
     call switch_timer(self%loop%step%profile%watch, part_control)
   end subroutine record
 
-  !> Close what is written; the log says how the last step ended.
+  !> Closes the result files; the log reports how the last step ended.
   subroutine finish_record(self, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Set when something could not be written.
+    !> Set when a file could not be written.
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. allocated(self%recorder)) return
@@ -383,12 +385,12 @@ contains
     deallocate (self%recorder)
   end subroutine finish_record
 
-  !> Write the whole state to a file.
+  !> Writes the complete state to a file.
   subroutine save_state(self, path, error)
     class(stepped_analysis_type), intent(in) :: self
     !> Name of the file.
     character(len=*), intent(in) :: path
-    !> Set when it is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: echo
 
@@ -398,12 +400,12 @@ contains
     call write_restart(path, self%model, text_fingerprint(echo), error)
   end subroutine save_state
 
-  !> Read a state back that was saved with the same stages.
+  !> Reads a state that was saved with the same stages.
   subroutine load_state(self, path, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Name of the file.
     character(len=*), intent(in) :: path
-    !> Set when it is damaged or belongs to another deck; the state is then unchanged.
+    !> Set when the file is damaged or belongs to another deck; the state is then unchanged.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: echo
 
@@ -416,7 +418,7 @@ contains
     self%loop%end_notified = .false.
   end subroutine load_state
 
-  !> Copy state, loads and stages.
+  !> Stores a copy of state, loads and stages.
   subroutine checkpoint(self, snapshot, error)
     class(stepped_analysis_type), intent(in) :: self
     type(snapshot_type), intent(out) :: snapshot
@@ -427,7 +429,7 @@ contains
     if (.not. allocated(error)) call take_snapshot(self%model, self%scene%phases, self%loop, snapshot)
   end subroutine checkpoint
 
-  !> Put a copy of this analysis back.
+  !> Restores a copy of this analysis.
   subroutine restore_kept(self, snapshot, error)
     class(stepped_analysis_type), intent(inout) :: self
     type(snapshot_type), intent(in) :: snapshot
@@ -444,10 +446,10 @@ contains
     call report_recorder(self, error)
   end subroutine restore_kept
 
-  !> Take over stages that were changed in `scene`; those that have begun must not be. Restored with an error.
+  !> Takes over changes of the stages in `scene`; stages that have begun must not change. Restores the scene on error.
   subroutine take_over(self, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Set when the model is not good for them.
+    !> Set when the model is not valid for the changed stages.
     type(error_type), allocatable, intent(out) :: error
 
     call need_model(self, error)
@@ -461,12 +463,12 @@ contains
     call report_recorder(self, error)
   end subroutine take_over
 
-  !> Add materials and phases to the scene, as cards of its deck. The model under way knows them from now on.
+  !> Adds materials and phases, given as deck keywords, to the scene and to the model in progress.
   subroutine add_cards(self, cards, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> Lines of a deck: *MATERIAL and *PHASE with what belongs to them.
+    !> Lines of a deck: *MATERIAL and *PHASE blocks.
     character(len=*), intent(in) :: cards
-    !> Set when they are not good, or the model cannot take them; it is then as it was.
+    !> Set when the keywords have errors or the model cannot be extended; the model is then unchanged.
     type(error_type), allocatable, intent(out) :: error
     class(analysis_type), allocatable :: extended
     type(added_lines_type) :: lines
@@ -490,11 +492,11 @@ contains
     call report_recorder(self, error)
   end subroutine add_cards
 
-  !> What is written has columns for the materials and phases that there were.
+  !> Checks that the result files have the columns for new materials and phases.
   subroutine need_no_column(self, extended, error)
     class(stepped_analysis_type), intent(in) :: self
     type(analysis_type), intent(in) :: extended
-    !> Set when curves.csv would need the column of the factor, or a reduced scene another material.
+    !> Set when curves.csv lacks the column of the factor, or when a reduced scene has another material.
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. allocated(self%recorder)) return
@@ -506,7 +508,7 @@ contains
     end if
   end subroutine need_no_column
 
-  !> The results that are written follow the stages.
+  !> Updates the recorder after a change of the stages.
   subroutine report_recorder(self, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Set when the resolved deck cannot be written.

@@ -1,4 +1,4 @@
-!> The one routine of BLAS that the cells use; the solvers have their own interfaces.
+!> Interface of the BLAS routine used by the cells; the solvers have their own interfaces.
 module qsmpm_blas
   use qsmpm_kinds, only: wp
   implicit none
@@ -7,7 +7,7 @@ module qsmpm_blas
   public :: dgemm
 
   interface
-    !> C <- alpha op(A) op(B) + beta C.
+    !> Computes C <- alpha op(A) op(B) + beta C.
     subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
       import :: wp
       character(len=1), intent(in) :: transa, transb

@@ -1,10 +1,10 @@
-!> CRC-32 of bytes: the polynomial 0x04C11DB7 with bits reflected, as zlib, PNG and `crc32` have it.
+!> CRC-32 of bytes with the polynomial 0x04C11DB7 and reflected bits, as in zlib, PNG and `crc32`.
 !>
-!> A single changed bit, two of them, and every burst of up to 32 bits change the sum; other damage is missed once in
-!> 4e9. Source of the polynomial and of the check value 0xCBF43926: ITU-T V.42, 8.1.1.6.2.
+!> Any change of one or two bits and every burst of up to 32 bits changes the checksum; other damage is missed with a
+!> probability of one in 4e9. Source of the polynomial and of the check value 0xCBF43926: ITU-T V.42, 8.1.1.6.2.
 !>
-!> A last line `qsmpm crc32 XXXXXXXX` behind the bytes of a file that is read back: a file that was cut or changed is
-!> known before anything of it is believed. HDF5 does not look behind its own end, so that the file stays one.
+!> A last line `qsmpm crc32 XXXXXXXX` after the bytes of a file that is read again allows a truncated or changed file
+!> to be detected before its content is used. HDF5 ignores bytes beyond its own end, so that the file remains valid.
 module qsmpm_checksum
   use, intrinsic :: iso_fortran_env, only: int8, int32
   use qsmpm_kinds, only: long
@@ -13,19 +13,19 @@ module qsmpm_checksum
 
   public :: crc32, crc32_text, followed_by, seal_line, sum_piece, seal_reason
 
-  !> The polynomial, lowest power in the highest bit.
+  !> The polynomial, with the lowest power in the highest bit.
   integer(int32), parameter :: polynomial = ior(int(z'6DB88320', int32), ishft(1_int32, 31))
 
   character(len=*), parameter :: head = 'qsmpm crc32 '
-  !> Bytes of the line, and bytes read at a time.
+  !> Bytes of the line; bytes read at a time.
   integer, parameter :: line_length = len(head) + 9, block_length = 1048576
 
 contains
 
-  !> Sum of bytes, or of more bytes behind others whose sum is known.
+  !> Returns the checksum of bytes, or of bytes that follow others whose checksum is known.
   pure integer(int32) function crc32(bytes, before)
     integer(int8), intent(in) :: bytes(:)
-    !> Sum of what stands before; none unless given.
+    !> Checksum of the preceding bytes; by default none.
     integer(int32), intent(in), optional :: before
     integer(int32) :: table(0:255)
     integer(long) :: i
@@ -40,7 +40,7 @@ contains
     crc32 = not(crc32)
   end function crc32
 
-  !> Remainders of the 256 bytes.
+  !> Computes the remainders of the 256 byte values.
   pure subroutine fill(table)
     integer(int32), intent(out) :: table(0:)
     integer(int32) :: value
@@ -55,7 +55,8 @@ contains
     end do
   end subroutine fill
 
-  !> What a sum becomes when other bytes follow: the sum of all is this, exclusive or the sum of those that follow.
+  !> Returns the contribution of a checksum when other bytes follow: the checksum of all bytes is the exclusive or of
+  !> this value and the checksum of the following bytes.
   pure integer(int32) function followed_by(sum, count)
     integer(int32), intent(in) :: sum
     !> Number of bytes that follow.
@@ -74,7 +75,7 @@ contains
     end do
   end function followed_by
 
-  !> Product of two polynomials, the lowest power in the highest bit, by that of the sums.
+  !> Returns the product of two polynomials modulo that of the checksum, with the lowest power in the highest bit.
   pure integer(int32) function times(one, other) result(product)
     integer(int32), intent(in) :: one, other
     integer(int32) :: shifted
@@ -88,7 +89,7 @@ contains
     end do
   end function times
 
-  !> A sum as eight hexadecimal digits.
+  !> Returns a checksum as eight hexadecimal digits.
   pure function crc32_text(sum) result(text)
     integer(int32), intent(in) :: sum
     character(len=8) :: text
@@ -96,7 +97,7 @@ contains
     write (text, '(z8.8)') sum
   end function crc32_text
 
-  !> The line that closes a file whose bytes have a sum.
+  !> Returns the last line of a file with a checksum.
   pure function seal_line(sum) result(line)
     integer(int32), intent(in) :: sum
     character(len=line_length) :: line
@@ -104,12 +105,12 @@ contains
     line = head//crc32_text(sum)//new_line('a')
   end function seal_line
 
-  !> What is wrong with the last line of a file.
+  !> Returns what is wrong with the last line of a file.
   pure subroutine seal_reason(sum, line, reason)
-    !> Of the bytes before it.
+    !> Checksum of the preceding bytes.
     integer(int32), intent(in) :: sum
     character(len=*), intent(in) :: line
-    !> Not allocated when nothing is.
+    !> Unallocated if the line is valid.
     character(len=:), allocatable, intent(out) :: reason
 
     if (index(line, head) /= 1) then
@@ -119,13 +120,14 @@ contains
     end if
   end subroutine seal_reason
 
-  !> Sum of one of so many pieces of a file, as its share in that of the whole: all shares, exclusive or, are the sum.
+  !> Returns the contribution of one of several pieces of a file to its checksum, which is the exclusive or of all
+  !> contributions.
   subroutine sum_piece(path, number, pieces, share, line, reason)
     !> Name of the file.
     character(len=*), intent(in) :: path
     integer, intent(in) :: number, pieces
     integer(int32), intent(out) :: share
-    !> The last line of the file; it cannot be read; not allocated when it can.
+    !> Last line of the file; reason why it cannot be read, unallocated on success.
     character(len=:), allocatable, intent(out) :: line, reason
     integer(int8), allocatable :: block(:)
     integer(long) :: length, last, at

@@ -1,11 +1,12 @@
-!> Files that are either whole or not there.
+!> Output files that are either complete or absent.
 !>
-!> A file is written under its name with `.tmp` added and renamed when it is complete and on the disk, so that a crash
-!> or a full disk leaves the former file as it was. The exceptions are the tables that grow row by row (`append_file`):
-!> each `flush_file` ends in whole rows, and what did not fit is cut off again. A failure is kept in the file and
-!> returned by the next `flush_file` or `commit_file`, so that the writers need no test after every number.
+!> A file is written under its name with `.tmp` appended and renamed when it is complete and on the disk, so that a
+!> crash or a full disk leaves the previous file unchanged. The exceptions are tables that grow row by row
+!> (`append_file`): each `flush_file` ends with a complete row, and incomplete rows are removed. A failure is stored in
+!> the file object and returned by the next `flush_file` or `commit_file`, so that writers need no test after every
+!> number.
 !>
-!> Names of files: directory, base name, extension, absolute form. Nothing is opened.
+!> Also contains functions of file names: directory, base name, extension, absolute path. They open no file.
 module qsmpm_file
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_loc, c_long, c_null_char, c_null_ptr, c_ptr, &
     c_size_t
@@ -20,19 +21,19 @@ module qsmpm_file
     commit_file, discard_file, close_file, write_text, read_text, file_exists, directory_of, base_name, extension_of, &
     joined, absolute_path
 
-  !> A file that is being written.
+  !> A file that is written.
   type :: file_type
-    !> Final name, and the name it has while it is written.
+    !> Final name; name while it is written.
     character(len=:), allocatable :: path
     character(len=:), allocatable :: temporary
     !> Stream of the C library.
     type(c_ptr) :: stream = c_null_ptr
-    !> Bytes put so far, and those known to be on the disk as whole rows.
+    !> Bytes written so far; bytes known to be on the disk as complete rows.
     integer(long) :: bytes = 0
     integer(long) :: safe_bytes = 0
-    !> It is brought to the disk before it is closed: for results that took long.
+    !> Whether it is synchronised with the disk before it is closed, for results of long computations.
     logical :: durable = .true.
-    !> Why the file cannot be written, once it cannot.
+    !> Reason for a write failure; unallocated if there is none.
     character(len=:), allocatable :: reason
   end type file_type
 
@@ -47,7 +48,7 @@ module qsmpm_file
 
 contains
 
-  !> Begin a file that will be renamed when it is complete.
+  !> Creates a file that is renamed when it is complete.
   subroutine create_file(file, path)
     type(file_type), intent(out) :: file
     !> Final name.
@@ -56,7 +57,7 @@ contains
     call open_temporary(file, path, 'wb')
   end subroutine create_file
 
-  !> Write into a file that another process has begun.
+  !> Opens a file that another process has created for writing.
   subroutine join_file(file, path)
     type(file_type), intent(out) :: file
     !> Final name.
@@ -65,10 +66,10 @@ contains
     call open_temporary(file, path, 'r+b')
   end subroutine join_file
 
-  !> Open a file under the name that it has while it is written.
+  !> Opens a file under its temporary name.
   subroutine open_temporary(file, path, mode)
     type(file_type), intent(inout) :: file
-    !> Final name, and the mode of the C library.
+    !> Final name; mode of the C library.
     character(len=*), intent(in) :: path, mode
 
     file%path = path
@@ -77,7 +78,7 @@ contains
     if (.not. c_associated(file%stream)) file%reason = system_message()
   end subroutine open_temporary
 
-  !> Go to a place, behind so many bytes; what is put next stands there.
+  !> Sets the position in bytes at which the next data are written.
   subroutine move_to(file, place)
     type(file_type), intent(inout) :: file
     integer(long), intent(in) :: place
@@ -86,11 +87,11 @@ contains
     if (c_fseek(file%stream, int(place, c_long), 0_c_int) /= 0) file%reason = system_message()
   end subroutine move_to
 
-  !> Open a file that grows row by row, or begin it.
+  !> Opens a file that grows row by row, or creates it.
   subroutine append_file(file, path, length, error)
     type(file_type), intent(out) :: file
     character(len=*), intent(in) :: path
-    !> Bytes of the present file that stay; 0 begins anew.
+    !> Number of bytes of the existing file to retain; 0 for a new file.
     integer(long), intent(in) :: length
     !> Set when it cannot be opened.
     type(error_type), allocatable, intent(out) :: error
@@ -109,10 +110,10 @@ contains
     if (allocated(file%reason)) call fail(error, error_other, failure(file))
   end subroutine append_file
 
-  !> Write text as it is.
+  !> Writes text unchanged.
   subroutine put_text(file, text)
     type(file_type), intent(inout) :: file
-    !> What is written, line ends included.
+    !> Text, including line ends.
     character(len=*), intent(in) :: text
     character(kind=c_char), allocatable, target :: buffer(:)
     integer :: i
@@ -124,7 +125,7 @@ contains
     if (len(text) > 0) call put_bytes(file, c_loc(buffer), int(len(text), long))
   end subroutine put_text
 
-  !> Write bytes as they are.
+  !> Writes bytes unchanged.
   subroutine put_bytes(file, data, count)
     type(file_type), intent(inout) :: file
     !> Address of the first byte.
@@ -142,10 +143,10 @@ contains
     end if
   end subroutine put_bytes
 
-  !> Bring what was put to the file; rows that do not fit are cut off again.
+  !> Flushes the data; removes rows that could not be written.
   subroutine flush_file(file, error)
     type(file_type), intent(inout) :: file
-    !> Set when anything put since the last flush could not be written.
+    !> Set when data since the last flush could not be written.
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. allocated(file%reason)) then
@@ -159,20 +160,20 @@ contains
     end if
   end subroutine flush_file
 
-  !> Bring a file to the disk, which has not its name yet.
+  !> Synchronises a file with the disk and closes it without renaming.
   subroutine finish_file(file, error)
     type(file_type), intent(inout) :: file
-    !> Set when it is not whole.
+    !> Set when it is not complete.
     type(error_type), allocatable, intent(out) :: error
 
     call finish_stream(file)
     if (allocated(file%reason)) call fail(error, error_other, failure(file))
   end subroutine finish_file
 
-  !> Bring a file to the disk and give it its name; on failure the former file stays.
+  !> Synchronises a file with the disk and renames it; on failure the previous file remains.
   subroutine commit_file(file, error)
     type(file_type), intent(inout) :: file
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
 
     call finish_stream(file)
@@ -184,7 +185,7 @@ contains
     call discard_file(file)
   end subroutine commit_file
 
-  !> Close a file that grew row by row; one that is not open is left alone.
+  !> Closes a file that grows row by row; does nothing if it is not open.
   subroutine close_file(file, error)
     type(file_type), intent(inout) :: file
     !> Set when its last rows could not be written.
@@ -197,7 +198,7 @@ contains
     call discard_file(file)
   end subroutine close_file
 
-  !> Flush, bring to the disk and close; keep the first failure.
+  !> Flushes, synchronises and closes; stores the first failure.
   subroutine finish_stream(file)
     type(file_type), intent(inout) :: file
 
@@ -214,7 +215,7 @@ contains
     file%stream = c_null_ptr
   end subroutine finish_stream
 
-  !> Leave nothing half written: the temporary file goes, a growing file is cut to whole rows.
+  !> Discards incomplete data: the temporary file is removed, a growing file is truncated to complete rows.
   subroutine discard_file(file)
     type(file_type), intent(inout) :: file
     integer :: ignored
@@ -228,7 +229,7 @@ contains
     end if
   end subroutine discard_file
 
-  !> Sentence for a file that cannot be written.
+  !> Returns the message for a file that cannot be written.
   function failure(file) result(message)
     type(file_type), intent(in) :: file
     character(len=:), allocatable :: message
@@ -236,14 +237,14 @@ contains
     message = "cannot write '"//file%path//"': "//file%reason
   end function failure
 
-  !> Write a whole text file.
+  !> Writes a complete text file.
   subroutine write_text(path, text, error, durable)
     character(len=*), intent(in) :: path
     !> Contents.
     character(len=*), intent(in) :: text
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
-    !> Wait until it is on the disk, which takes longer than a short run; true when not given.
+    !> Whether to wait until it is on the disk, which takes longer than a short run; true by default.
     logical, intent(in), optional :: durable
     type(file_type) :: file
 
@@ -253,7 +254,7 @@ contains
     call commit_file(file, error)
   end subroutine write_text
 
-  !> Read a whole text file, or what comes through a pipe.
+  !> Reads a complete text file or pipe.
   subroutine read_text(path, text, error)
     character(len=*), intent(in) :: path
     !> Contents.
@@ -280,13 +281,13 @@ contains
     if (status /= 0) call fail(error, error_other, "cannot read '"//path//"': "//trim(message))
   end subroutine read_text
 
-  !> Read what has no size, to its end.
+  !> Reads a unit without known size to its end.
   subroutine read_pipe(unit, text, status)
     integer, intent(in) :: unit
     character(len=:), allocatable, intent(out) :: text
-    !> 0, or another number where it does not end.
+    !> 0, or nonzero if it is too long.
     integer, intent(out) :: status
-    !> More than any deck has.
+    !> More than the size of any deck.
     integer, parameter :: most = 2**26
     character(len=:), allocatable :: longer
     character :: byte
@@ -309,14 +310,14 @@ contains
     status = merge(0, 1, status /= 0)
   end subroutine read_pipe
 
-  !> Whether there is a file of that name.
+  !> Returns whether a file exists.
   logical function file_exists(path)
     character(len=*), intent(in) :: path
 
     inquire (file=path, exist=file_exists)
   end function file_exists
 
-  !> Directory of a path with its slash, empty when it has none.
+  !> Returns the directory of a path with its slash, empty if there is none.
   pure function directory_of(path) result(directory)
     character(len=*), intent(in) :: path
     character(len=:), allocatable :: directory
@@ -324,7 +325,7 @@ contains
     directory = path(:index(path, '/', back=.true.))
   end function directory_of
 
-  !> Name of a file without directory and last extension.
+  !> Returns the name of a file without directory and last extension.
   pure function base_name(path) result(name)
     character(len=*), intent(in) :: path
     character(len=:), allocatable :: name
@@ -335,7 +336,7 @@ contains
     if (dot > 1) name = name(:dot - 1)
   end function base_name
 
-  !> Last extension of a file with its dot, empty when it has none.
+  !> Returns the last extension of a file with its dot, empty if there is none.
   pure function extension_of(path) result(extension)
     character(len=*), intent(in) :: path
     character(len=:), allocatable :: extension
@@ -350,7 +351,7 @@ contains
     end if
   end function extension_of
 
-  !> A path as seen from a directory.
+  !> Returns a path relative to a directory.
   pure function joined(directory, path) result(full)
     !> Directory with its slash, or empty.
     character(len=*), intent(in) :: directory
@@ -362,7 +363,7 @@ contains
     if (index(path, '/') == 1) full = path
   end function joined
 
-  !> A path from the root, without '.' parts. '..' parts stay: links make them ambiguous.
+  !> Returns an absolute path without '.' parts. '..' parts are retained, since links make them ambiguous.
   function absolute_path(path) result(full)
     !> The path, relative to the working directory or absolute.
     character(len=*), intent(in) :: path

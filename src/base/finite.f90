@@ -1,5 +1,5 @@
-!> Numbers that can be computed with: finite, and small enough that their squares and products stay finite when
-!> they are summed over a mesh. What is larger is no quantity of any analysis, but the way to an infinite norm.
+!> Values that can be used in computations: finite, and small enough that their squares and products remain finite when
+!> summed over a mesh. Larger values are not physical, but lead to an infinite norm.
 module qsmpm_finite
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -8,14 +8,14 @@ module qsmpm_finite
 
   public :: is_usable, all_usable, unusable
 
-  !> Largest size of a number that is computed with; its square leaves 1e108 for sums and further factors.
+  !> Largest absolute value used in computations; its square leaves 1e108 for sums and further factors.
   real(wp), parameter :: largest_usable = 1.0e100_wp
-  !> End of a sentence about a number that is not.
+  !> End of a message about an unusable number.
   character(len=*), parameter :: unusable = ' that is not a finite number below 1e100'
 
 contains
 
-  !> Whether a number can be computed with; NaN and infinities cannot.
+  !> Returns whether a number is usable; NaN and infinities are not.
   elemental logical function is_usable(x)
     real(wp), intent(in) :: x
 
@@ -23,8 +23,8 @@ contains
     if (is_usable) is_usable = abs(x) <= largest_usable
   end function is_usable
 
-  !> Whether all of many numbers can be computed with: the sum of their sizes can nearly always, and says so of each.
-  !> Eight sums side by side because one would wait for itself.
+  !> Returns whether all numbers are usable. The sum of their absolute values is checked first, which is sufficient in
+  !> nearly all cases. Eight sums are computed in parallel, since a single one is limited by its latency.
   pure logical function all_usable(n, x)
     integer, intent(in) :: n
     real(wp), intent(in) :: x(n)

@@ -1,8 +1,8 @@
-!> Reading of HDF5 files. The library believes what it reads: who has a checksum (`qsmpm_checksum`) compares it first. A
-!> failure is kept and reported by `close_reader`.
+!> Reading of HDF5 files. The library trusts the content; files with a checksum (`qsmpm_checksum`) are verified before.
+!> A failure is stored and reported by `close_reader`.
 !>
-!> Some rows of a dataset are read block by block, so that no more is in memory than what is wanted and one block; those
-!> without a wanted row are not read.
+!> Selected rows of a dataset are read block by block, so that only the selected rows and one block are in memory;
+!> blocks without a selected row are not read.
 module qsmpm_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
@@ -20,16 +20,16 @@ module qsmpm_hdf5_reader
   public :: open_library, reader_type, open_reader, get_array, get_attribute, find_group, list_group, note_reason, &
     close_reader, count_rows, first_extent, get_rows
 
-  !> A file that is being read.
+  !> A file that is read.
   type :: reader_type
     integer(hid_t) :: file = -1
     character(len=:), allocatable :: path
-    !> What could not be read first, and why.
+    !> First item that could not be read, with the reason.
     character(len=:), allocatable :: reason
   end type reader_type
 
-  !> Get an array. One that is allocated must have the shape of that in the file; one that is not
-  !> in the file is left unallocated.
+  !> Reads an array. An allocated array must have the shape of that in the file; an array that is not in the file is
+  !> left unallocated.
   interface get_array
     module procedure :: get_reals_1, get_reals_2, get_integers_1, get_longs
   end interface get_array
@@ -38,17 +38,17 @@ module qsmpm_hdf5_reader
     module procedure :: get_real_attribute, get_integer_attribute
   end interface get_attribute
 
-  !> Get rows by their numbers, which rise, of a dataset that has so many in all.
+  !> Reads rows with given ascending indices of a dataset with a given total number of rows.
   interface get_rows
     module procedure :: get_real_rows, get_integer_rows, get_long_rows
   end interface get_rows
 
-  !> Rows that are in memory beside those that are wanted.
+  !> Rows in memory in addition to the selected ones.
   integer, parameter, public :: block_rows = 16384
 
 contains
 
-  !> Make the library ready, once: every further start would take memory for its types again.
+  !> Initialises the library once, since every further call would allocate memory for its types again.
   subroutine open_library()
     logical :: ready
     integer :: status
@@ -56,11 +56,11 @@ contains
     call h5iis_valid_f(h5t_native_double, ready, status)
     if (ready .and. status >= 0) return
     call h5open_f(status)
-    ! Failures are reported by the caller's error, not by the library on the screen.
+    ! Failures are reported by the caller's error; automatic printing by the library is disabled.
     call h5eset_auto_f(0, status)
   end subroutine open_library
 
-  !> Open a file.
+  !> Opens a file.
   subroutine open_reader(reader, path)
     type(reader_type), intent(out) :: reader
     character(len=*), intent(in) :: path
@@ -80,10 +80,10 @@ contains
     reader%reason = 'it is not an HDF5 file'
   end subroutine open_reader
 
-  !> Close the file.
+  !> Closes the file.
   subroutine close_reader(reader, error)
     type(reader_type), intent(inout) :: reader
-    !> Set when anything could not be read.
+    !> Set when an item could not be read.
     type(error_type), allocatable, intent(out) :: error
     integer :: status
 
@@ -92,16 +92,16 @@ contains
     if (allocated(reader%reason)) call fail(error, error_other, "cannot read '"//reader%path//"': "//reader%reason)
   end subroutine close_reader
 
-  !> Note what is wrong, where something is and nothing was before.
+  !> Stores the reason of an error, unless one is stored already.
   subroutine note_reason(reader, reason)
     type(reader_type), intent(inout) :: reader
-    !> Empty when nothing is.
+    !> Empty if there is no error.
     character(len=*), intent(in) :: reason
 
     if (len(reason) > 0 .and. .not. allocated(reader%reason)) reader%reason = reason
   end subroutine note_reason
 
-  !> Whether there is a group.
+  !> Returns whether there is a group.
   subroutine find_group(reader, path, there)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -114,7 +114,7 @@ contains
     there = there .and. status >= 0
   end subroutine find_group
 
-  !> Names in a group, rising, links among them; none where there is no group.
+  !> Lists the names in a group in ascending order, including links; none if there is no group.
   subroutine list_group(reader, path, names)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -136,7 +136,7 @@ contains
     end do
   end subroutine list_group
 
-  !> Get a row of reals.
+  !> Reads a real array.
   subroutine get_reals_1(reader, path, values)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -152,7 +152,7 @@ contains
     call read_values(reader, path, dataset, h5t_native_double, size(values) > 0, c_loc(values))
   end subroutine get_reals_1
 
-  !> Get a table of reals.
+  !> Reads a real table.
   subroutine get_reals_2(reader, path, values)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -168,7 +168,7 @@ contains
     call read_values(reader, path, dataset, h5t_native_double, size(values) > 0, c_loc(values))
   end subroutine get_reals_2
 
-  !> Get a row of integers.
+  !> Reads an integer array.
   subroutine get_integers_1(reader, path, values)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -184,7 +184,7 @@ contains
     call read_values(reader, path, dataset, h5t_native_integer, size(values) > 0, c_loc(values))
   end subroutine get_integers_1
 
-  !> Get a row of long integers.
+  !> Reads a long integer array.
   subroutine get_longs(reader, path, values)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -200,12 +200,12 @@ contains
     call read_values(reader, path, dataset, h5kind_to_type(long, h5_integer_kind), size(values) > 0, c_loc(values))
   end subroutine get_longs
 
-  !> Open a dataset of a known rank; it is negative when there is none or after a failure.
+  !> Opens a dataset of known rank; the identifier is negative if there is none or after a failure.
   subroutine open_dataset(reader, path, dataset, dims)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
     integer(hid_t), intent(out) :: dataset
-    !> Its sizes, the fastest first; zeros when there is none.
+    !> Its sizes, fastest index first; zeros if there is none.
     integer(hsize_t), intent(out) :: dims(:)
     integer(hsize_t) :: largest(size(dims))
     integer(hid_t) :: space
@@ -232,24 +232,24 @@ contains
     dataset = -1
   end subroutine open_dataset
 
-  !> Note when an array of the file has not the shape it must have.
+  !> Stores an error if an array of the file does not have the required shape.
   subroutine compare_shape(reader, path, dims, wanted)
     type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
+    !> Path of the dataset.
     character(len=*), intent(in) :: path
     integer(hsize_t), intent(in) :: dims(:)
-    !> Sizes it must have.
+    !> Required sizes.
     integer(hsize_t), intent(in) :: wanted(:)
 
     if (allocated(reader%reason) .or. all(dims == wanted)) return
     reader%reason = path//' has another size than in this analysis'
   end subroutine compare_shape
 
-  !> Read what a dataset holds, if anything, and close it.
+  !> Reads the values of a dataset, if any, and closes it.
   subroutine read_values(reader, path, dataset, in_memory, any_there, address)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
-    !> The dataset, and the HDF5 type of its values here.
+    !> The dataset; HDF5 type of the values in memory.
     integer(hid_t), intent(in) :: dataset, in_memory
     logical, intent(in) :: any_there
     type(c_ptr), value :: address
@@ -261,10 +261,10 @@ contains
     call h5dclose_f(dataset, status)
   end subroutine read_values
 
-  !> Get a real of an object.
+  !> Reads a real attribute of an object.
   subroutine get_real_attribute(reader, object, name, value)
     type(reader_type), intent(inout) :: reader
-    !> Group or dataset, and name of the attribute.
+    !> Path of the group or dataset; name of the attribute.
     character(len=*), intent(in) :: object, name
     !> The value; unchanged after a failure.
     real(wp), intent(inout) :: value
@@ -275,10 +275,10 @@ contains
     if (found) value = buffer(1)
   end subroutine get_real_attribute
 
-  !> Get an integer of an object.
+  !> Reads an integer attribute of an object.
   subroutine get_integer_attribute(reader, object, name, value)
     type(reader_type), intent(inout) :: reader
-    !> Group or dataset, and name of the attribute.
+    !> Path of the group or dataset; name of the attribute.
     character(len=*), intent(in) :: object, name
     !> The value; unchanged after a failure.
     integer, intent(inout) :: value
@@ -289,11 +289,11 @@ contains
     if (found) value = buffer(1)
   end subroutine get_integer_attribute
 
-  !> Read an attribute of one value.
+  !> Reads an attribute of one value.
   subroutine read_attribute(reader, object, name, in_memory, address, found)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: object, name
-    !> HDF5 type of the value here.
+    !> HDF5 type of the value in memory.
     integer(hid_t), intent(in) :: in_memory
     type(c_ptr), value :: address
     logical, intent(out) :: found
@@ -313,20 +313,20 @@ contains
     if (.not. found) reader%reason = object//' '//name//' is damaged'
   end subroutine read_attribute
 
-  !> Rows of a dataset of one number a row; 0 where there is none.
+  !> Returns the number of rows of a dataset with one number per row; 0 if there is none.
   integer function count_rows(reader, path) result(rows)
     type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
+    !> Path of the dataset.
     character(len=*), intent(in) :: path
 
     rows = first_extent(reader, path, 1)
   end function count_rows
 
-  !> First extent of a dataset, the components of a table; 0 where there is none.
+  !> Returns the first extent of a dataset, e.g. the components of a table; 0 if there is none.
   integer function first_extent(reader, path, rank) result(extent)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
-    !> Extents that it must have.
+    !> Required rank.
     integer, intent(in) :: rank
     integer(hid_t) :: dataset
     integer(hsize_t) :: dims(rank)
@@ -337,7 +337,7 @@ contains
     if (dataset >= 0) call h5dclose_f(dataset, status)
   end function first_extent
 
-  !> Rows of a table of reals.
+  !> Reads rows of a real table.
   subroutine get_real_rows(reader, path, rows, all_rows, values)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -349,7 +349,7 @@ contains
       c_loc(values))
   end subroutine get_real_rows
 
-  !> Rows of integers.
+  !> Reads rows of integers.
   subroutine get_integer_rows(reader, path, rows, all_rows, values)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -360,7 +360,7 @@ contains
     if (size(rows) > 0) call read_rows(reader, path, h5t_native_integer, rows, [all_rows], 4, c_loc(values))
   end subroutine get_integer_rows
 
-  !> Rows of long integers.
+  !> Reads rows of long integers.
   subroutine get_long_rows(reader, path, rows, all_rows, values)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -372,14 +372,14 @@ contains
       c_loc(values))
   end subroutine get_long_rows
 
-  !> Read rows block by block, as bytes.
+  !> Reads rows block by block, as bytes.
   subroutine read_rows(reader, path, kind, rows, sizes, width, address)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
     integer(hid_t), intent(in) :: kind
-    !> Rows that are wanted; components and rows of the dataset, and bytes of a value.
+    !> Selected rows; components and rows of the dataset; bytes per value.
     integer, intent(in) :: rows(:), sizes(:), width
-    !> Where they go, behind one another.
+    !> Address to which the rows are copied in sequence.
     type(c_ptr), intent(in) :: address
     integer(int8), pointer :: values(:, :)
     integer(int8), allocatable, target :: buffer(:, :)
@@ -403,7 +403,7 @@ contains
     call h5dclose_f(dataset, i)
   end subroutine read_rows
 
-  !> Open a dataset that must have some sizes; negative where it cannot be read.
+  !> Opens a dataset with required sizes; negative if it cannot be read.
   subroutine open_rows(reader, path, sizes, dataset)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
@@ -419,7 +419,7 @@ contains
     dataset = -1
   end subroutine open_rows
 
-  !> Place of the last row that is in one block with that at a place.
+  !> Returns the index of the last selected row in the same block as a given one.
   pure integer function last_of_block(rows, place) result(last)
     integer, intent(in) :: rows(:), place
 
@@ -430,12 +430,12 @@ contains
     end do
   end function last_of_block
 
-  !> Read rows that stand behind one another.
+  !> Reads consecutive rows.
   subroutine read_block(reader, path, dataset, kind, first, sizes, address)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
     integer(hid_t), intent(in) :: dataset, kind
-    !> First row, and components and rows of the block.
+    !> First row; components and rows of the block.
     integer, intent(in) :: first, sizes(:)
     type(c_ptr), intent(in) :: address
     type(c_ptr) :: place

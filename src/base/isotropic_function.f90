@@ -1,22 +1,23 @@
 !> Isotropic functions R(S) of a symmetric tensor: value and derivative from the principal values.
 !>
-!> R has the principal directions n_a of S and principal values r_a(s_1, s_2, s_3). In the frame of the n_a a change dS
-!> changes R by dR_aa = sum_b dr_a/ds_b dS_bb, dR_ab = (r_a - r_b)/(s_a - s_b) dS_ab (a /= b), where for s_a = s_b the
-!> quotient is its limit dr_a/ds_a - dr_b/ds_a. Logarithm and exponential of a tensor are here too. Nothing is known of
-!> what S and R mean.
+!> R has the principal directions n_a of S and the principal values r_a(s_1, s_2, s_3). In the frame of the n_a a
+!> change dS changes R by dR_aa = sum_b dr_a/ds_b dS_bb, dR_ab = (r_a - r_b)/(s_a - s_b) dS_ab (a /= b); for s_a = s_b
+!> the quotient is replaced by its limit dr_a/ds_a - dr_b/ds_a. The logarithm and the exponential of a tensor are
+!> special cases. The module is independent of the meaning of S and R.
 !>
-!> Strains of finite deformation, as results show them.
+!> Strains of finite deformation, as given in results:
 !>
-!> e = ln v = 1/2 ln b, b = F F^T logarithmic (Hencky) strain of the total deformation gradient F e_v = tr e = ln J
-!> volume strain gamma = (2 e':e')^1/2 shear strain, e' the deviator of e
+!>   e = ln v = 1/2 ln b, b = F F^T   logarithmic (Hencky) strain of the total deformation gradient F
+!>   e_v = tr e = ln J                 volume strain
+!>   gamma = (2 e':e')^1/2            shear strain, e' the deviator of e
 !>
-!> gamma is the engineering shear strain in simple shear of small size, 2 asinh(s/2) for a shear s of any size, and
+!> gamma is the engineering shear strain in simple shear if it is small, 2 asinh(s/2) for a shear s of any size, and
 !> 3^1/2 times the triaxial shear strain eps_q = (2/3 e':e')^1/2. A rigid rotation has no strain. The plastic part of
-!> the shear strain of a step is what the stress does not carry, gamma_p = (2 e_p:e_p)^1/2, e_p = (ln v)' - (c s - c_0 R
-!> s_0 R^T)', F = v R of the step, c the law's elastic shear compliance, 1/2G: exact where all principal directions
-!> stay, else right up to the elastic strain times that of the step. It is summed over the steps, never falls, and is
-!> the plastic shear strain of qsmpm_softening where that counts once. Shear components are engineering strains, as in
-!> decks.
+!> the shear strain of a step is the part not related to stress, gamma_p = (2 e_p:e_p)^1/2, e_p = (ln v)' - (c s - c_0
+!> R s_0 R^T)', with F = v R of the step and c the elastic shear compliance of the law, 1/2G. It is exact if the
+!> principal directions are constant, otherwise its error is of the order of the elastic strain times that of the step.
+!> It is summed over the steps, never decreases, and equals the plastic shear strain of qsmpm_softening where that is
+!> accumulated once. Shear components are engineering strains, as in decks.
 module qsmpm_isotropic_function
   use qsmpm_kinds, only: wp
   use qsmpm_spectral, only: spectral
@@ -29,18 +30,18 @@ module qsmpm_isotropic_function
 
   !> The pairs (a,b) of principal directions in the order of their quotients.
   integer, parameter, public :: pair_first(3) = [1, 1, 2], pair_second(3) = [2, 3, 3]
-  !> Row and column of the components in stress order; the last three are the pairs.
+  !> Row and column of the components in the order of stress; the last three are the pairs.
   integer, parameter :: stress_row(6) = [1, 2, 3, 1, 1, 2], stress_column(6) = [1, 2, 3, 2, 3, 3]
 
-  !> Gap of two principal values, relative to the largest, below which the limit is taken: the
-  !> quotient would lose ten digits, the limit is wrong by the gap times the curvature of r.
+  !> Difference of two principal values, relative to the largest, below which the limit is used: the quotient would
+  !> lose ten digits, while the error of the limit is the difference times the curvature of r.
   real(wp), parameter :: smallest_gap = 1.0e-10_wp
 
 contains
 
-  !> The tensor with given principal values and directions.
+  !> Returns the tensor with given principal values and directions.
   pure function compose(values, vectors) result(a)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(in) :: values(3), vectors(3, 3)
     real(wp) :: a(3, 3)
     integer :: i, j
@@ -54,7 +55,7 @@ contains
     end do
   end function compose
 
-  !> Quotients (r_a - r_b)/(s_a - s_b) of the pairs 12, 13, 23.
+  !> Returns the quotients (r_a - r_b)/(s_a - s_b) of the pairs 12, 13, 23.
   pure function pair_quotients(argument, value, derivative) result(quotient)
     !> Principal values s of the argument (3); principal values r of the function (3); dr_a/ds_b (3,3).
     real(wp), intent(in) :: argument(3), value(3), derivative(3, 3)
@@ -66,7 +67,7 @@ contains
     end do
   end function pair_quotients
 
-  !> Quotient (r_a - r_b)/(s_a - s_b) of a pair.
+  !> Returns the quotient (r_a - r_b)/(s_a - s_b) of a pair.
   pure real(wp) function pair_quotient(argument, value, derivative, a, b) result(quotient)
     !> Principal values s of the argument (3); principal values r of the function (3); dr_a/ds_b (3,3).
     real(wp), intent(in) :: argument(3), value(3), derivative(3, 3)
@@ -82,15 +83,15 @@ contains
     end if
   end function pair_quotient
 
-  !> Changes dR that belong to changes dS, in place.
+  !> Replaces changes dS by the corresponding changes dR.
   pure subroutine isotropic_change(vectors, derivative, quotient, n, change)
-    !> Principal directions, one a column (3,3); dr_a/ds_b (3,3).
+    !> Principal directions, one per column (3,3); dr_a/ds_b (3,3).
     real(wp), intent(in) :: vectors(3, 3), derivative(3, 3)
     !> Quotients of the pairs 12, 13, 23 (3).
     real(wp), intent(in) :: quotient(3)
     !> Number of changes.
     integer, intent(in) :: n
-    !> In: dS in stress order, one a column. Out: dR.
+    !> On entry dS in the order of stress, one per column; on return dR.
     real(wp), intent(inout) :: change(6, n)
     real(wp) :: basis(6, 6), inner(6), outer(6)
     integer :: m, c
@@ -115,7 +116,7 @@ contains
     end do
   end subroutine isotropic_change
 
-  !> Logarithm of a positive definite tensor.
+  !> Computes the logarithm of a positive definite tensor.
   pure subroutine tensor_logarithm(packed, logarithm)
     !> Components (4 or 6).
     real(wp), intent(in) :: packed(:)
@@ -127,7 +128,7 @@ contains
     call pack_symmetric(compose(log(values), vectors), logarithm)
   end subroutine tensor_logarithm
 
-  !> Exponential of a symmetric tensor.
+  !> Computes the exponential of a symmetric tensor.
   pure subroutine tensor_exponential(packed, exponential)
     !> Components (4 or 6).
     real(wp), intent(in) :: packed(:)
@@ -139,9 +140,9 @@ contains
     call pack_symmetric(compose(exp(values), vectors), exponential)
   end subroutine tensor_exponential
 
-  !> Logarithmic strain of a left Cauchy-Green tensor; 11, 22, 33, 12[, 13, 23], shear components doubled.
+  !> Returns the logarithmic strain of a left Cauchy-Green tensor; 11, 22, 33, 12[, 13, 23], shear components doubled.
   pure function logarithmic_strain(b) result(strain)
-    !> Left Cauchy-Green tensor in stress order (4 or 6).
+    !> Left Cauchy-Green tensor in the order of stress (4 or 6).
     real(wp), intent(in) :: b(:)
     real(wp) :: strain(size(b)), values(3), vectors(3, 3)
 
@@ -150,14 +151,14 @@ contains
     strain(4:) = 2.0_wp*strain(4:)
   end function logarithmic_strain
 
-  !> Half the logarithm; what rounding has left of a vanishing stretch is the least one.
+  !> Returns half the logarithm; a vanishing stretch left by rounding is replaced by the smallest number.
   elemental real(wp) function half_logarithm(square)
     real(wp), intent(in) :: square
 
     half_logarithm = 0.5_wp*log(max(square, tiny(1.0_wp)))
   end function half_logarithm
 
-  !> Trace.
+  !> Returns the trace.
   pure real(wp) function volume_strain(strain)
     !> (4 or 6)
     real(wp), intent(in) :: strain(:)
@@ -165,7 +166,7 @@ contains
     volume_strain = strain(1) + strain(2) + strain(3)
   end function volume_strain
 
-  !> (2 e':e')^1/2.
+  !> Returns (2 e':e')^1/2.
   pure real(wp) function shear_strain(strain)
     !> Shear components doubled (4 or 6).
     real(wp), intent(in) :: strain(:)
@@ -173,11 +174,11 @@ contains
     shear_strain = sqrt(2.0_wp*sum((strain(1:3) - volume_strain(strain)/3.0_wp)**2) + sum(strain(4:)**2))
   end function shear_strain
 
-  !> b <- F b F^T; in the plane by its components, as every point is deformed in every step.
+  !> Computes b <- F b F^T; in plane models by components for speed, since it is called for every point and step.
   pure subroutine deform(gradient, b)
     !> Deformation gradient of a step, packed (5 or 9).
     real(wp), intent(in) :: gradient(:)
-    !> Left Cauchy-Green tensor in stress order (4 or 6).
+    !> Left Cauchy-Green tensor in the order of stress (4 or 6).
     real(wp), intent(inout) :: b(:)
     real(wp) :: f(3, 3), deformed(3, 3), row(2, 2)
 
@@ -195,7 +196,7 @@ contains
     end if
   end subroutine deform
 
-  !> Plastic shear strain gamma_p of a step.
+  !> Returns the plastic shear strain gamma_p of a step.
   pure real(wp) function plastic_shear_increment(gradient, start, end, compliance) result(increment)
     !> Deformation gradient of the step, packed (5 or 9).
     real(wp), intent(in) :: gradient(:)

@@ -1,4 +1,4 @@
-!> The number kinds of the whole program, and the handful of constants that need no unit.
+!> Number kinds of the whole program and dimensionless constants.
 !>
 !> Every literal carries `_wp`; integers that count bytes or non-zeros are `long`.
 module qsmpm_kinds
@@ -12,6 +12,6 @@ module qsmpm_kinds
   integer, parameter, public :: sp = real32
   !> Integer wide enough for byte and non-zero counts.
   integer, parameter, public :: long = int64
-  !> Circle constant.
+  !> The number pi.
   real(wp), parameter, public :: pi = acos(-1.0_wp)
 end module qsmpm_kinds

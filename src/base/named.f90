@@ -1,4 +1,4 @@
-!> What has a name, as sets, bodies and materials have, and is found in a list by it.
+!> Items with a name, such as sets, bodies and materials, and their search in a list.
 module qsmpm_named
   use qsmpm_text, only: string_type, add_word
   implicit none
@@ -6,14 +6,14 @@ module qsmpm_named
 
   public :: named_type, place_named, add_names
 
-  !> Something with a name, which nothing else in its list has.
+  !> An item with a name that is unique in its list.
   type :: named_type
     character(len=:), allocatable :: name
   end type named_type
 
 contains
 
-  !> Place of a name in a list, 0 when it is not there.
+  !> Returns the position of a name in a list, 0 if it is not found.
   pure integer function place_named(list, name) result(place)
     class(named_type), intent(in) :: list(:)
     character(len=*), intent(in) :: name
@@ -23,7 +23,7 @@ contains
     end do
   end function place_named
 
-  !> Put the names of a list behind words.
+  !> Appends the names of a list to words.
   pure subroutine add_names(list, words)
     class(named_type), intent(in) :: list(:)
     !> Allocated.

@@ -1,6 +1,6 @@
-!> Text as other programs save it: line ends of three kinds, a byte order mark, letters of Latin-1, blanks that do not
-!> break, the mark that ends files under DOS. What is read of it is UTF-8 with blanks and newlines, so that names go
-!> whole into results that others read.
+!> Text files as saved by other programs: three kinds of line ends, a byte order mark, Latin-1 letters, non-breaking
+!> spaces, the DOS end-of-file mark. They are converted to UTF-8 with blanks and newlines, so that names are correct in
+!> results read by other programs.
 module qsmpm_plain_text
   use qsmpm_text, only: newline, replaced
   implicit none
@@ -10,7 +10,7 @@ module qsmpm_plain_text
 
 contains
 
-  !> A file as text in UTF-8, a carriage return at the ends of lines left where a newline follows it.
+  !> Returns the content of a file as UTF-8 text; a carriage return before a newline is retained.
   pure function plain_text(bytes) result(text)
     character(len=*), intent(in) :: bytes
     character(len=:), allocatable :: text
@@ -31,7 +31,7 @@ contains
     if (text(len(text):) == achar(end_of_file)) text = text(:len(text) - 1)
   end function plain_text
 
-  !> Whether every byte beyond ASCII is of a letter in UTF-8: one that says how many follow, and those.
+  !> Returns whether every non-ASCII byte is part of a valid UTF-8 sequence.
   pure logical function is_utf8(text)
     character(len=*), intent(in) :: text
     integer :: i, code, behind
@@ -50,7 +50,7 @@ contains
     is_utf8 = behind == 0
   end function is_utf8
 
-  !> Letters of Latin-1 in UTF-8.
+  !> Converts Latin-1 to UTF-8.
   pure function from_latin1(bytes) result(text)
     character(len=*), intent(in) :: bytes
     character(len=:), allocatable :: text

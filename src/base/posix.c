@@ -1,7 +1,7 @@
-/* What Fortran cannot say: signals, the text of errno, terminals, directories, locks.
+/* System services not available in Fortran: signals, the text of errno, terminals, directories, locks.
  *
- * The signal flag is the one variable of the program that belongs to no object: a handler has
- * nothing else to write to. The second signal of a kind ends the process as usual. */
+ * The signal flag is the only global variable of the program, since a signal handler can set nothing else. The second
+ * signal of a kind ends the process as usual. */
 #define _DEFAULT_SOURCE
 #define _POSIX_C_SOURCE 200809L
 #include <ctype.h>
@@ -28,7 +28,7 @@ static void remember(int number)
     received = number;
 }
 
-/* From now on SIGINT and SIGTERM only set the flag, once. */
+/* Makes SIGINT and SIGTERM set the flag, once each. */
 void qsmpm_watch_signals(void)
 {
     struct sigaction action;
@@ -42,13 +42,13 @@ void qsmpm_watch_signals(void)
     sigaction(SIGTERM, &action, NULL);
 }
 
-/* Number of the last signal received, 0 for none. */
+/* Returns the number of the last signal received, 0 for none. */
 int qsmpm_signal_received(void)
 {
     return (int)received;
 }
 
-/* Not 0 when the process may have so many bytes more; they are given back at once. */
+/* Returns nonzero if the process can allocate so many further bytes; they are freed immediately. */
 int qsmpm_may_have_memory(long bytes)
 {
     void *place = mmap(NULL, (size_t)bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -58,13 +58,13 @@ int qsmpm_may_have_memory(long bytes)
     return 1;
 }
 
-/* The words for errno; text holds length bytes. */
+/* Returns the text of errno; text has length bytes. */
 void qsmpm_last_error(char *text, int length)
 {
     snprintf(text, (size_t)length, "%s", strerror(errno));
 }
 
-/* Columns of the terminal behind a descriptor, 0 when that is not known. */
+/* Returns the number of columns of a terminal, 0 if unknown. */
 int qsmpm_terminal_width(int descriptor)
 {
     struct winsize size;
@@ -73,8 +73,8 @@ int qsmpm_terminal_width(int descriptor)
     return ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? (int)size.ws_col : 0;
 }
 
-/* Largest memory of the process so far [bytes]. getrusage also remembers the program that started
- * this one, so the mark of the process itself is asked first. */
+/* Returns the peak memory of the process [bytes]. getrusage includes the program that started this one, so the value
+ * of the process itself is read first. */
 long qsmpm_peak_memory(void)
 {
     struct rusage usage;
@@ -91,7 +91,7 @@ long qsmpm_peak_memory(void)
     return 1024 * kilobytes;
 }
 
-/* 0 when path is a directory. */
+/* Returns 0 if path is a directory. */
 static int is_directory(const char *path)
 {
     struct stat status;
@@ -102,7 +102,7 @@ static int is_directory(const char *path)
     return -1;
 }
 
-/* Make a directory and those above it; 0 when it is there. */
+/* Creates a directory and its parents; returns 0 if it exists. */
 int qsmpm_make_directory(const char *path)
 {
     char part[longest_path];
@@ -122,7 +122,7 @@ int qsmpm_make_directory(const char *path)
     return is_directory(path);
 }
 
-/* Whether name is prefix, six or more digits, suffix. */
+/* Returns whether name is prefix, six or more digits, suffix. */
 static int is_numbered(const char *name, const char *prefix, const char *suffix)
 {
     size_t digits = 0, start = strlen(prefix);
@@ -133,7 +133,7 @@ static int is_numbered(const char *name, const char *prefix, const char *suffix)
     return digits >= digits_wanted && strcmp(name + digits, suffix) == 0;
 }
 
-/* Remove a file of a directory; 0 when it is gone. */
+/* Removes a file of a directory; returns 0 on success. */
 static int remove_entry(const char *directory, const char *name)
 {
     char path[longest_path];
@@ -142,7 +142,7 @@ static int remove_entry(const char *directory, const char *name)
     return length < 0 || (size_t)length >= sizeof path ? -1 : unlink(path);
 }
 
-/* Remove the files prefixNNNNNNsuffix of a directory; 0 when none is left (or no directory). */
+/* Removes the files prefixNNNNNNsuffix of a directory; returns 0 if none is left (or there is no directory). */
 int qsmpm_remove_numbered(const char *directory, const char *prefix, const char *suffix)
 {
     struct dirent *entry;
@@ -158,7 +158,7 @@ int qsmpm_remove_numbered(const char *directory, const char *prefix, const char 
     return result;
 }
 
-/* Whether a descriptor still is the file of that name: another process may have removed the name. */
+/* Returns whether a descriptor still is the file of that name, which another process may have removed. */
 static int is_named(int descriptor, const char *path)
 {
     struct stat open_file, named;
@@ -167,9 +167,9 @@ static int is_named(int descriptor, const char *path)
         && open_file.st_ino == named.st_ino;
 }
 
-/* Lock the file path, made for it, until it is unlocked or the process ends however it ends. The descriptor;
- * -1: failed, see errno; -2: locked by the process *holder (0 when it is not known). Where the file system has no
- * locks the file is made and nothing is locked. */
+/* Creates and locks the file path until it is unlocked or the process ends in any way. Returns the descriptor;
+ * -1: failed, see errno; -2: locked by the process *holder (0 if unknown). On a file system without locks the file is
+ * created and not locked. */
 int qsmpm_lock_file(const char *path, int *holder)
 {
     char text[32];
@@ -198,7 +198,7 @@ int qsmpm_lock_file(const char *path, int *holder)
     return descriptor;
 }
 
-/* Remove and unlock a locked file. */
+/* Removes and unlocks a locked file. */
 void qsmpm_unlock_file(const char *path, int descriptor)
 {
     unlink(path);

@@ -1,9 +1,9 @@
-!> The services of the operating system that Fortran has no words for: byte streams whose every
-!> failure is reported, renaming, directories, locks, terminals, signals.
+!> Services of the operating system that are not in Fortran: byte streams that report every failure, renaming,
+!> directories, locks, terminals, signals.
 !>
-!> Fortran's own files are not used for writing because a full disk is only certain to be noticed
-!> by fflush, fsync and fclose. Functions that return an integer return 0 for success; the words
-!> for a failure are `system_message()`, asked at once.
+!> Fortran files are not used for writing because a full disk is reliably reported only by fflush, fsync and fclose.
+!> Functions that return an integer return 0 for success; the text of a failure is `system_message()`, called
+!> immediately.
 module qsmpm_posix
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char, c_ptr, c_size_t
   implicit none
@@ -15,7 +15,7 @@ module qsmpm_posix
   public :: is_terminal, terminal_width, peak_memory
   public :: write_descriptor, system_message, watch_signals, signal_received, exit_process
 
-  !> Longest text of an error of the system.
+  !> Maximum length of a message of the system.
   integer, parameter :: message_length = 256
 
   interface
@@ -98,55 +98,55 @@ module qsmpm_posix
       integer(c_size_t), value :: count
     end function c_write
 
-    !> Make a directory and those above it (posix.c).
+    !> Creates a directory and its parents (posix.c).
     integer(c_int) function c_make_directory(path) bind(c, name='qsmpm_make_directory')
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: path(*)
     end function c_make_directory
 
-    !> Remove numbered files (posix.c).
+    !> Removes numbered files (posix.c).
     integer(c_int) function c_remove_numbered(directory, before, after) bind(c, name='qsmpm_remove_numbered')
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: directory(*), before(*), after(*)
     end function c_remove_numbered
 
-    !> Lock a file (posix.c).
+    !> Locks a file (posix.c).
     integer(c_int) function c_lock_file(path, holder) bind(c, name='qsmpm_lock_file')
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), intent(out) :: holder
     end function c_lock_file
 
-    !> Remove and unlock a file (posix.c).
+    !> Removes and unlocks a file (posix.c).
     subroutine c_unlock_file(path, descriptor) bind(c, name='qsmpm_unlock_file')
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: descriptor
     end subroutine c_unlock_file
 
-    !> Words for errno (posix.c).
+    !> Text of errno (posix.c).
     subroutine c_last_error(text, length) bind(c, name='qsmpm_last_error')
       import :: c_char, c_int
       character(kind=c_char), intent(out) :: text(*)
       integer(c_int), value :: length
     end subroutine c_last_error
 
-    !> Columns of a terminal (posix.c).
+    !> Width of a terminal in columns (posix.c).
     integer(c_int) function c_terminal_width(descriptor) bind(c, name='qsmpm_terminal_width')
       import :: c_int
       integer(c_int), value :: descriptor
     end function c_terminal_width
 
-    !> Largest memory of the process so far, in bytes (posix.c).
+    !> Peak memory of the process in bytes (posix.c).
     integer(c_long) function peak_memory() bind(c, name='qsmpm_peak_memory')
       import :: c_long
     end function peak_memory
 
-    !> Let SIGINT and SIGTERM only set a flag, once; a second signal ends the process (posix.c).
+    !> Makes SIGINT and SIGTERM set a flag once; a second signal ends the process (posix.c).
     subroutine watch_signals() bind(c, name='qsmpm_watch_signals')
     end subroutine watch_signals
 
-    !> exit(3): end the process with an exit code; Fortran's units are flushed.
+    !> exit(3): ends the process with an exit code; Fortran units are flushed.
     subroutine exit_process(code) bind(c, name='exit')
       import :: c_int
       integer(c_int), value :: code
@@ -160,51 +160,51 @@ module qsmpm_posix
 
 contains
 
-  !> Give a file another name; a file of that name is replaced in one go.
+  !> Renames a file; an existing file of the new name is replaced atomically.
   integer function rename_file(old, new)
-    !> Name now; name to be.
+    !> Current name; new name.
     character(len=*), intent(in) :: old, new
 
     rename_file = int(c_rename(old//c_null_char, new//c_null_char))
   end function rename_file
 
-  !> Remove a file.
+  !> Removes a file.
   integer function remove_file(path)
     character(len=*), intent(in) :: path
 
     remove_file = int(c_unlink(path//c_null_char))
   end function remove_file
 
-  !> Cut a file off.
+  !> Truncates a file.
   integer function truncate_file(path, length)
     character(len=*), intent(in) :: path
-    !> Bytes that stay.
+    !> Number of bytes to retain.
     integer(c_long), intent(in) :: length
 
     truncate_file = int(c_truncate(path//c_null_char, length))
   end function truncate_file
 
-  !> Make a directory and those above it; one that exists is a success.
+  !> Creates a directory and its parents; an existing directory is a success.
   integer function make_directory(path)
     character(len=*), intent(in) :: path
 
     make_directory = int(c_make_directory(path//c_null_char))
   end function make_directory
 
-  !> Remove the files of a directory that are called `before`, six or more digits, `after`.
+  !> Removes the files of a directory named `before`, six or more digits, `after`.
   integer function remove_numbered(directory, before, after)
-    !> The directory; one that does not exist holds none; text before the digits; text after the digits.
+    !> The directory, which need not exist; text before the digits; text after the digits.
     character(len=*), intent(in) :: directory, before, after
 
     remove_numbered = int(c_remove_numbered(directory//c_null_char, before//c_null_char, after//c_null_char))
   end function remove_numbered
 
-  !> Lock a file until it is unlocked or the process ends, however it ends: its descriptor; -1 after a failure, -2 when
-  !> another one has it.
+  !> Locks a file until it is unlocked or the process ends in any way. Returns its descriptor, -1 after a failure, or
+  !> -2 if it is locked by another process.
   integer function lock_file(path, holder)
-    !> Its name; it is made.
+    !> Name of the file, which is created.
     character(len=*), intent(in) :: path
-    !> Process that has it, 0 when that is not known.
+    !> Process that holds the lock, 0 if unknown.
     integer, intent(out) :: holder
     integer(c_int) :: process
 
@@ -212,34 +212,34 @@ contains
     holder = int(process)
   end function lock_file
 
-  !> Remove a locked file and give its lock back.
+  !> Removes a locked file and releases its lock.
   subroutine unlock_file(path, descriptor)
     character(len=*), intent(in) :: path
-    !> What lock_file gave.
+    !> Result of lock_file.
     integer, intent(in) :: descriptor
 
     call c_unlock_file(path//c_null_char, int(descriptor, c_int))
   end subroutine unlock_file
 
-  !> Whether a descriptor (1: standard output) is a terminal.
+  !> Returns whether a descriptor (1: standard output) is a terminal.
   logical function is_terminal(descriptor)
     integer, intent(in) :: descriptor
 
     is_terminal = c_isatty(int(descriptor, c_int)) == 1
   end function is_terminal
 
-  !> Columns of the terminal behind a descriptor, 0 when that is not known.
+  !> Returns the number of columns of a terminal, 0 if unknown.
   integer function terminal_width(descriptor)
     integer, intent(in) :: descriptor
 
     terminal_width = int(c_terminal_width(int(descriptor, c_int)))
   end function terminal_width
 
-  !> Write a text to a descriptor at once. What a closed pipe or a full disk does not take is lost.
+  !> Writes a text to a descriptor immediately. Text not accepted by a closed pipe or a full disk is discarded.
   subroutine write_descriptor(descriptor, text)
     !> 1 is standard output.
     integer, intent(in) :: descriptor
-    !> What is written, line ends included.
+    !> Text, including line ends.
     character(len=*), intent(in) :: text
     integer(c_long) :: written
     integer :: first
@@ -252,7 +252,7 @@ contains
     end do
   end subroutine write_descriptor
 
-  !> What the system says of the last failure.
+  !> Returns the system message of the last failure.
   function system_message() result(message)
     !> For example `No space left on device`.
     character(len=:), allocatable :: message

@@ -1,9 +1,9 @@
-/* What the compiler knows of the processor and Fortran cannot ask for. */
+/* Processor features that are not accessible in Fortran. */
 
 int qsmpm_has_avx2(void);
 void qsmpm_fetch(const double *first, int count);
 
-/* 1 where it has AVX2 and FMA. */
+/* Returns 1 if the processor has AVX2 and FMA. */
 int qsmpm_has_avx2(void)
 {
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -13,7 +13,7 @@ int qsmpm_has_avx2(void)
 #endif
 }
 
-/* Numbers that will be changed soon, a line of the cache at a time. */
+/* Prefetches numbers that will be changed soon, one cache line at a time. */
 void qsmpm_fetch(const double *first, int count)
 {
     for (int c = 0; c < count + 7; c += 8) __builtin_prefetch(first + c, 1);

@@ -1,4 +1,4 @@
-!> Numbers in sentences: as many digits as are read, not as many as are known.
+!> Rounded numbers for messages.
 module qsmpm_rounded_text
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: real_text
@@ -7,12 +7,12 @@ module qsmpm_rounded_text
 
   public :: rounded_text, rounded_place
 
-  !> Share of the largest number above which rounding would leave the range.
+  !> Fraction of the largest number above which rounding would overflow.
   real(wp), parameter :: nearly_all = 0.99_wp
 
 contains
 
-  !> A number in four significant digits at the most, or as many as are asked for.
+  !> Returns a number with at most four significant digits, or with the requested number of digits.
   pure function rounded_text(value, digits) result(text)
     real(wp), intent(in) :: value
     !> 1 to 9.
@@ -31,7 +31,7 @@ contains
     text = real_text(rounded)
   end function rounded_text
 
-  !> Coordinates in parentheses.
+  !> Returns coordinates in parentheses.
   pure function rounded_place(place) result(text)
     !> (dimension)
     real(wp), intent(in) :: place(:)

@@ -1,4 +1,4 @@
-!> Sorting of integers, and an order of integer columns: what edge and face tables are made with.
+!> Sorting of integers and of integer columns, used to build edge and face tables.
 module qsmpm_sorting
   implicit none
   private
@@ -7,7 +7,7 @@ module qsmpm_sorting
 
 contains
 
-  !> Sort a list in rising order (insertion for short lists, else merge).
+  !> Sorts a list in ascending order (insertion sort for short lists, otherwise merge sort).
   pure recursive subroutine sort(list)
     integer, intent(inout) :: list(:)
     integer :: half(size(list)/2), i, j, k, value, middle
@@ -47,11 +47,11 @@ contains
     end do
   end subroutine sort
 
-  !> Stable order in which columns rise lexicographically (merge sort).
+  !> Returns the stable order in which columns ascend lexicographically (merge sort).
   pure subroutine order_columns(columns, order)
     !> (length, n)
     integer, intent(in) :: columns(:, :)
-    !> Column numbers in rising order (n).
+    !> Column numbers in ascending order (n).
     integer, intent(out) :: order(:)
     integer :: work(size(order)), i, width, low, middle, high
 
@@ -68,11 +68,12 @@ contains
     end do
   end subroutine order_columns
 
-  !> Items in lists by their key: those of key k are item(first(k):first(k + 1) - 1), in order. One of key 0 is in none.
+  !> Sorts items into lists by their key: the items of key k are item(first(k):first(k + 1) - 1), in order. Items of
+  !> key 0 are omitted.
   pure subroutine list_by_key(key, largest, first, item)
     !> Key of every item, 0 to largest; largest key.
     integer, intent(in) :: key(:), largest
-    !> (largest + 1) and (items in the lists)
+    !> (largest + 1); (items in the lists).
     integer, allocatable, intent(out) :: first(:), item(:)
     integer :: next(0:largest), i, k
 
@@ -94,7 +95,7 @@ contains
     end do
   end subroutine list_by_key
 
-  !> Place of a value in a rising list, 0 for none.
+  !> Returns the position of a value in an ascending list, 0 if it is not found.
   pure integer function place_in_order(list, value) result(place)
     integer, intent(in) :: list(:), value
     integer :: low, high
@@ -114,7 +115,7 @@ contains
     place = merge(low, 0, list(low) == value)
   end function place_in_order
 
-  !> Merge order(low:middle) and order(middle+1:high) into work(low:high).
+  !> Merges order(low:middle) and order(middle+1:high) into work(low:high).
   pure subroutine merge_runs(columns, order, low, middle, high, work)
     integer, intent(in) :: columns(:, :), order(:), low, middle, high
     integer, intent(inout) :: work(:)
@@ -136,7 +137,7 @@ contains
     end do
   end subroutine merge_runs
 
-  !> True when a comes strictly before b.
+  !> Returns true if column a is strictly before b.
   pure logical function rises(a, b) result(yes)
     integer, intent(in) :: a(:), b(:)
     integer :: k

@@ -1,12 +1,12 @@
 !> Principal values and directions of a symmetric tensor in three dimensions.
 !>
-!> `spectral` is not iterative. With D the deviator over its size p (tr D^2 = 6) the principal value of D
-!> that lies apart from the other two solves x^3 - 3 x = det(D), 3^(1/2) <= |x| <= 2, where the cubic is
-!> steep: two steps of Newton from a polynomial that is right to 1e-4. Its direction is the longest column of
-!> the cofactors of D - x I, long because both gaps are at least 3^(1/2); the other two come from the
-!> plane across it in closed form. So equal and nearly equal values cost no digits: errors are roundings of
-!> the largest entry. A small value beside a large one may want `jacobi_spectral`, whose errors are those of
-!> the entries where the tensor is nearly diagonal.
+!> `spectral` is not iterative. Let D be the deviator divided by its size p, so that tr D^2 = 6. The principal value of
+!> D that is separate from the other two solves x^3 - 3 x = det(D), 3^(1/2) <= |x| <= 2, where the cubic is steep: two
+!> Newton steps are made from a polynomial with an error of 1e-4. Its direction is the longest column of the cofactors
+!> of D - x I, which is long because both differences are at least 3^(1/2); the other two values follow from the plane
+!> normal to it in closed form. Equal and nearly equal values therefore cause no loss of accuracy: errors are roundings
+!> of the largest entry. A small value next to a large one may require `jacobi_spectral`, whose errors are relative to
+!> the individual entries if the tensor is nearly diagonal.
 module qsmpm_spectral
   use qsmpm_kinds, only: wp
   use qsmpm_tensor, only: identity
@@ -15,23 +15,23 @@ module qsmpm_spectral
 
   public :: spectral, jacobi_spectral
 
-  !> Off-diagonal part, relative to the largest entry, below which Jacobi's sweeps end: an error of
-  !> its square in the values and of itself in the vectors.
+  !> Off-diagonal part, relative to the largest entry, below which the Jacobi sweeps end: its square is the error of
+  !> the values, and it is the error of the vectors.
   real(wp), parameter :: off_diagonal_limit = 1.0e-18_wp
-  !> Jacobi's method needs three to five sweeps; more means that the tensor is not finite.
+  !> The Jacobi method needs three to five sweeps; more means that the tensor is not finite.
   integer, parameter :: max_sweeps = 20
-  !> Cubic through the Chebyshev points of 2 cos(arccos(h)/3), 0 <= h <= 1: right to 8.3e-5, after one step
-  !> of Newton to 6e-9, after two to rounding.
+  !> Cubic through the Chebyshev points of 2 cos(arccos(h)/3), 0 <= h <= 1: error 8.3e-5, after one Newton step 6e-9,
+  !> after two steps rounding.
   real(wp), parameter :: guess(4) = [1.732133_wp, 0.330661_wp, -0.081382_wp, 0.018639_wp]
 
 contains
 
-  !> Principal values, in no order, and orthonormal principal directions of a symmetric tensor:
-  !> a = sum values(i) vectors(:,i) vectors(:,i)^T. When 13 and 23 vanish the third direction is axis 3.
+  !> Computes principal values, in no order, and orthonormal principal directions of a symmetric tensor: a = sum
+  !> values(i) vectors(:,i) vectors(:,i)^T. If 13 and 23 are zero the third direction is axis 3.
   pure subroutine spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(out) :: values(3), vectors(3, 3)
 
     if (abs(a(1, 3)) + abs(a(2, 3)) <= tiny(1.0_wp)) then
@@ -41,17 +41,18 @@ contains
     end if
   end subroutine spectral
 
-  !> Spectral decomposition of a full tensor.
+  !> Computes the spectral decomposition of a full tensor.
   pure subroutine solid_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: d(3, 3), mean, p, x
 
     mean = (a(1, 1) + a(2, 2) + a(3, 3))/3.0_wp
     d = a
-    ! By differences: less the rounded mean the trace of a small deviator would not be nil, and no value stand apart.
+    ! Differences are used: with the rounded mean, the trace of a small deviator would not be zero and no value
+    ! separate.
     d(1, 1) = ((a(1, 1) - a(2, 2)) + (a(1, 1) - a(3, 3)))/3.0_wp
     d(2, 2) = ((a(2, 2) - a(1, 1)) + (a(2, 2) - a(3, 3)))/3.0_wp
     d(3, 3) = -(d(1, 1) + d(2, 2))
@@ -69,7 +70,7 @@ contains
     values(2:3) = mean + p*values(2:3)
   end subroutine solid_spectral
 
-  !> The principal value of a deviator of size tr D^2 = 6 that is farthest from the other two.
+  !> Returns the principal value of a deviator of size tr D^2 = 6 that is farthest from the other two.
   pure real(wp) function separate_value(d) result(x)
     !> Deviator (3,3).
     real(wp), intent(in) :: d(3, 3)
@@ -86,7 +87,7 @@ contains
     x = sign(x, third)
   end function separate_value
 
-  !> Direction of a principal value that lies apart from the others.
+  !> Computes the direction of a principal value that is separate from the others.
   pure subroutine separate_direction(d, x, direction)
     !> Deviator (3,3); the principal value.
     real(wp), intent(in) :: d(3, 3), x
@@ -95,7 +96,7 @@ contains
     real(wp) :: row(3), product(3, 3), length(3)
     integer :: i
 
-    ! The cofactors of a symmetric matrix: row times row.
+    ! Cofactors of a symmetric matrix: row times row.
     row = [d(1, 1), d(2, 2), d(3, 3)] - x
     product(1, 1) = row(2)*row(3) - d(2, 3)*d(2, 3)
     product(2, 1) = d(1, 3)*d(2, 3) - d(1, 2)*row(3)
@@ -115,15 +116,15 @@ contains
     direction = product(:, i)*(1.0_wp/sqrt(length(i)))
   end subroutine separate_direction
 
-  !> Principal values and directions in the plane across a principal direction.
+  !> Computes the principal values and directions in the plane normal to a principal direction.
   pure subroutine across(d, n, values, vectors)
-    !> Deviator (3,3); the known direction (3).
+    !> Deviator (3,3); known direction (3).
     real(wp), intent(in) :: d(3, 3), n(3)
-    !> The two other values (2); their directions (3,2).
+    !> The other two values (2); their directions (3,2).
     real(wp), intent(out) :: values(2), vectors(3, 2)
     real(wp) :: u(3), v(3), du(3), dv(3), up, a, b, mean, half, radius, c, s
 
-    ! Two vectors across n without a square root (Duff et al. 2017).
+    ! Two vectors normal to n without a square root (Duff et al. 2017).
     up = sign(1.0_wp, n(3))
     a = -1.0_wp/(up + n(3))
     b = n(1)*n(2)*a
@@ -142,8 +143,8 @@ contains
     vectors(:, 2) = c*v - s*u
   end subroutine across
 
-  !> Cosine and sine of the angle from the first axis to the larger principal direction of [h o; o -h]:
-  !> along (r + h, o) or (o, r - h), whichever does not cancel.
+  !> Returns the cosine and sine of the angle from the first axis to the larger principal direction of [h o; o -h]:
+  !> along (r + h, o) or (o, r - h), whichever has no cancellation.
   pure subroutine half_angle(half, shear, radius, c, s)
     real(wp), intent(in) :: half
     !> o.
@@ -165,11 +166,11 @@ contains
     s = scale*merge(shear, long, half >= 0.0_wp)
   end subroutine half_angle
 
-  !> Spectral decomposition of a tensor with axis 3 as a principal direction, values(1:2) falling.
+  !> Computes the spectral decomposition of a tensor with axis 3 as a principal direction, values(1:2) descending.
   pure subroutine plane_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: mean, radius, c, s
 
@@ -181,12 +182,12 @@ contains
     vectors(1:2, 2) = [-s, c]
   end subroutine plane_spectral
 
-  !> Spectral decomposition by cyclic Jacobi rotations: unconditionally stable, and the directions
-  !> stay orthonormal to round-off for equal and nearly equal values.
+  !> Computes the spectral decomposition by cyclic Jacobi rotations: unconditionally stable, and the directions are
+  !> orthonormal to rounding also for equal and nearly equal values.
   pure subroutine jacobi_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions, one per column (3,3).
     real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: b(3, 3), small
     integer :: sweep
@@ -203,9 +204,9 @@ contains
     values = [b(1, 1), b(2, 2), b(3, 3)]
   end subroutine jacobi_spectral
 
-  !> One Jacobi rotation that makes b(p,q) zero, p < q.
+  !> Applies a Jacobi rotation that makes b(p,q) zero, p < q.
   pure subroutine rotate(b, vectors, p, q, other)
-    !> Tensor that is being made diagonal (3,3); product of the rotations so far (3,3).
+    !> Tensor to be diagonalised (3,3); product of the rotations so far (3,3).
     real(wp), intent(inout) :: b(3, 3), vectors(3, 3)
     !> First axis of the plane; second axis of the plane; the remaining axis.
     integer, intent(in) :: p, q, other

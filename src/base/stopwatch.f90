@@ -1,12 +1,11 @@
-!> Where the time of a run goes: seconds of the wall clock and of the processor, a part at a time.
+!> Distribution of the run time: wall-clock and processor seconds of each part.
 !>
-!> A stopwatch always counts for one part; turning to another closes the account of the last. So
-!> every second since the start belongs to exactly one part and the parts add up to the whole. Two
-!> readings of the system's clocks, a third of a microsecond together, are made at a turn: turn
-!> around whole phases of a step, not inside loops over points or cells. The processor seconds are
-!> those of the process, all threads together.
+!> A stopwatch always counts for one part; switching to another part ends the interval of the last one. Every second
+!> since the start therefore belongs to exactly one part and the parts add up to the total. Each switch reads two
+!> system clocks, which takes a third of a microsecond: switch around complete phases of a step, not inside loops over
+!> points or cells. Processor seconds are those of the process, the sum over all threads.
 !>
-!> A clock is started once and asked often; two clocks know nothing of each other.
+!> A clock is started once and read repeatedly; clocks are independent of each other.
 module qsmpm_stopwatch
   use, intrinsic :: iso_fortran_env, only: real64
   use qsmpm_kinds, only: wp, long
@@ -21,34 +20,34 @@ module qsmpm_stopwatch
     part_convection = 9, part_output = 10, part_control = 11, part_count = 11
 
   integer, parameter :: name_length = 14
-  !> Their names, for tables and files.
+  !> Names of the parts, for tables and files.
   character(len=name_length), parameter, public :: part_names(part_count) = [character(len=name_length) :: &
     'input', 'initialisation', 'analysis', 'evaluation', 'assembly', 'factorisation', 'solves', 'step error', &
     'convection', 'output', 'control']
 
-  !> Both readings at the start.
+  !> Readings of both clocks at the start.
   type :: clock_type
     real(wp) :: wall_start = 0.0_wp
     real(wp) :: cpu_start = 0.0_wp
   end type clock_type
 
-  !> The accounts.
+  !> Accumulated times and counts.
   type :: stopwatch_type
-    !> Seconds of the wall clock and of the processor of each part.
+    !> Wall-clock and processor seconds of each part.
     real(wp) :: wall(part_count) = 0.0_wp
     real(wp) :: cpu(part_count) = 0.0_wp
-    !> How often each part was turned to.
+    !> Number of switches to each part.
     integer(long) :: calls(part_count) = 0
-    !> Counts for this part, 0 before the start.
+    !> Current part, 0 before the start.
     integer, private :: part = 0
     type(clock_type), private :: clock
-    !> Readings at the last turn.
+    !> Readings at the last switch.
     real(wp), private :: wall_last = 0.0_wp, cpu_last = 0.0_wp
   end type stopwatch_type
 
 contains
 
-  !> Set all accounts to zero and begin to count for a part. A stopwatch that was never started stays silent.
+  !> Resets all times and starts to count for a part. A stopwatch that was not started does nothing.
   subroutine start_stopwatch(watch, part)
     type(stopwatch_type), intent(out) :: watch
     !> One of the part_* values.
@@ -59,10 +58,10 @@ contains
     watch%calls(part) = 1
   end subroutine start_stopwatch
 
-  !> Close the account of the present part and count for another from now on.
+  !> Ends the interval of the current part and counts for another one from now on.
   subroutine switch_timer(watch, part)
     type(stopwatch_type), intent(inout) :: watch
-    !> One of the part_* values; the present one to bring its account up to date.
+    !> One of the part_* values; the current one to update its time.
     integer, intent(in) :: part
     real(wp) :: wall, cpu
 
@@ -77,7 +76,7 @@ contains
     watch%part = part
   end subroutine switch_timer
 
-  !> Start counting.
+  !> Starts a clock.
   subroutine start_clock(clock)
     type(clock_type), intent(out) :: clock
 
@@ -85,21 +84,21 @@ contains
     clock%cpu_start = cpu_reading()
   end subroutine start_clock
 
-  !> Seconds gone since the start.
+  !> Returns the wall-clock seconds since the start.
   real(wp) function wall_seconds(clock)
     type(clock_type), intent(in) :: clock
 
     wall_seconds = wall_reading() - clock%wall_start
   end function wall_seconds
 
-  !> Processor seconds spent by all threads since the start.
+  !> Returns the processor seconds of all threads since the start.
   real(wp) function cpu_seconds(clock)
     type(clock_type), intent(in) :: clock
 
     cpu_seconds = cpu_reading() - clock%cpu_start
   end function cpu_seconds
 
-  !> Wall clock [s]; 64-bit counts, so that it does not wrap round.
+  !> Returns the wall clock [s]; 64-bit counts do not wrap around.
   real(wp) function wall_reading()
     integer(long) :: count, rate
 
@@ -107,7 +106,7 @@ contains
     wall_reading = real(count, wp)/real(rate, wp)
   end function wall_reading
 
-  !> Processor time of the process [s].
+  !> Returns the processor time of the process [s].
   real(wp) function cpu_reading()
     real(real64) :: seconds
 

@@ -1,11 +1,10 @@
 !> Algebra of second-order tensors in three dimensions: determinant, inverse, and the packing of
 !> gradients and stresses.
 !>
-!> Packing is that of the law interface: gradients column by column (3D nine components; in the
-!> plane 11, 21, 12, 22, 33), stresses 11, 22, 33, 12, 13, 23 (in the plane the first four). The
-!> number of components tells which; a plane tensor is unpacked with zero 13 and 23 components,
-!> so that one code serves both. Principal values are in qsmpm_spectral, functions of tensors in
-!> qsmpm_isotropic_function.
+!> Packing is that of the law interface: gradients column by column (nine components in 3D; 11, 21, 12, 22, 33 in plane
+!> models), stresses 11, 22, 33, 12, 13, 23 (the first four in plane models). The number of components identifies the
+!> case; a plane tensor is unpacked with zero 13 and 23 components, so that the same code applies to both. Principal
+!> values are in qsmpm_spectral, functions of tensors in qsmpm_isotropic_function.
 module qsmpm_tensor
   use qsmpm_kinds, only: wp
   implicit none
@@ -30,7 +29,7 @@ module qsmpm_tensor
 
 contains
 
-  !> Determinant.
+  !> Returns the determinant.
   pure real(wp) function determinant(a)
     !> Tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
@@ -39,7 +38,7 @@ contains
       + a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
   end function determinant
 
-  !> Cofactor matrix, det(a) a'^-1.
+  !> Returns the cofactor matrix, det(a) a'^-1.
   pure function cofactor(a) result(b)
     !> Matrix (3,3).
     real(wp), intent(in) :: a(3, 3)
@@ -50,7 +49,7 @@ contains
     b(:, 3) = cross(a(:, 1), a(:, 2))
   end function cofactor
 
-  !> Cross product.
+  !> Returns the cross product.
   pure function cross(a, b) result(c)
     !> Vectors (3).
     real(wp), intent(in) :: a(3), b(3)
@@ -59,7 +58,7 @@ contains
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
 
-  !> Inverse, given the determinant, which must not be zero.
+  !> Returns the inverse, given the determinant, which must not be zero.
   pure function inverse(a, det) result(b)
     !> Tensor (3,3); its determinant.
     real(wp), intent(in) :: a(3, 3), det
@@ -77,7 +76,7 @@ contains
     b = b*(1.0_wp/det)
   end function inverse
 
-  !> F a F^T.
+  !> Returns F a F^T.
   pure function transformed(f, a) result(b)
     !> Tensors (3,3).
     real(wp), intent(in) :: f(3, 3), a(3, 3)
@@ -87,7 +86,7 @@ contains
     b = matmul(product, transpose(f))
   end function transformed
 
-  !> Packed gradient to full tensor.
+  !> Converts a packed gradient to a full tensor.
   pure function unpack_gradient(packed) result(a)
     !> Components (5 or 9).
     real(wp), intent(in) :: packed(:)
@@ -106,7 +105,7 @@ contains
     end if
   end function unpack_gradient
 
-  !> Full tensor to packed gradient.
+  !> Converts a full tensor to a packed gradient.
   pure subroutine pack_gradient(a, packed)
     !> Tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
@@ -124,7 +123,7 @@ contains
     end if
   end subroutine pack_gradient
 
-  !> Packed symmetric tensor (shear components once, not doubled) to full tensor.
+  !> Converts a packed symmetric tensor (shear components not doubled) to a full tensor.
   pure function unpack_symmetric(packed) result(a)
     !> Components (4 or 6).
     real(wp), intent(in) :: packed(:)
@@ -145,7 +144,7 @@ contains
     a(3, 2) = a(2, 3)
   end function unpack_symmetric
 
-  !> Full symmetric tensor to packed components; the upper triangle is read.
+  !> Converts a full symmetric tensor to packed components; the upper triangle is read.
   pure subroutine pack_symmetric(a, packed)
     !> Tensor (3,3).
     real(wp), intent(in) :: a(3, 3)

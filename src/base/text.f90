@@ -1,7 +1,7 @@
-!> Scanning and writing of text: words, numbers, lists with commas, the nearest known word.
+!> Reading and writing of text: words, numbers, comma-separated lists, search of the nearest known word.
 !>
-!> Numbers are read strictly (the whole word or nothing) and reals are written with as few digits as
-!> read back to the same bits. Nothing here knows what a deck is.
+!> Numbers are read strictly (the whole word or nothing), and reals are written with the least number of digits that
+!> are read back with identical bits. The module does not depend on the deck format.
 module qsmpm_text
   use qsmpm_kinds, only: wp, long
   implicit none
@@ -13,7 +13,7 @@ module qsmpm_text
 
   !> The end of a line.
   character(len=1), parameter, public :: newline = new_line('a')
-  !> What a word is, read as a number.
+  !> Result of reading a word as a number.
   integer, parameter, public :: number_good = 0, number_not = 1, number_not_finite = 2, number_not_whole = 3
 
   !> A text of any length, for arrays of texts.
@@ -21,22 +21,22 @@ module qsmpm_text
     character(len=:), allocatable :: text
   end type string_type
 
-  !> Numbers from this power of ten on are refused: 9.99e307 is the largest that is read.
+  !> Numbers of this power of ten or more are rejected: 9.99e307 is the largest one accepted.
   integer, parameter :: largest_exponent = 308
-  !> Numbers up to this power of ten are zero as doubles.
+  !> Numbers up to this power of ten are zero in double precision.
   integer, parameter :: smallest_exponent = -330
 
   character(len=*), parameter :: digits = '0123456789'
   character(len=*), parameter :: blanks = ' '//achar(9)
 
-  !> A whole number with its sign, without blanks.
+  !> Returns an integer with its sign, without blanks.
   interface integer_text
     procedure :: short_text, long_text
   end interface integer_text
 
 contains
 
-  !> Letters a-z as capitals; every other byte as it is.
+  !> Converts letters a-z to capitals; other bytes are unchanged.
   pure function upper(text) result(changed)
     !> Any text.
     character(len=*), intent(in) :: text
@@ -49,7 +49,7 @@ contains
     end do
   end function upper
 
-  !> Without blanks and tabs at both ends.
+  !> Removes blanks and tabs at both ends.
   pure function stripped(text) result(inner)
     !> Any text.
     character(len=*), intent(in) :: text
@@ -62,7 +62,7 @@ contains
     if (first > 0) inner = text(first:last)
   end function stripped
 
-  !> A line without the carriage return that some systems put at its end.
+  !> Returns a line without a final carriage return.
   pure function without_return(line) result(text)
     character(len=*), intent(in) :: line
     character(len=:), allocatable :: text
@@ -73,7 +73,7 @@ contains
     end if
   end function without_return
 
-  !> Stripped, and every run of blanks and tabs inside as one blank.
+  !> Returns the stripped text with every sequence of blanks and tabs as one blank.
   pure function squeezed(text) result(inner)
     !> Any text.
     character(len=*), intent(in) :: text
@@ -100,13 +100,13 @@ contains
     inner = buffer(:n)
   end function squeezed
 
-  !> Cut a text at each separator outside double quotes; every piece is stripped.
+  !> Splits a text at each separator outside double quotes; every piece is stripped.
   pure subroutine split(text, separator, pieces)
-    !> Any text; an empty one is one empty piece.
+    !> Any text; an empty one gives one empty piece.
     character(len=*), intent(in) :: text
-    !> Where to cut.
+    !> Separator.
     character(len=1), intent(in) :: separator
-    !> The pieces in order; older ones are dropped.
+    !> The pieces in order; previous content is discarded.
     type(string_type), allocatable, intent(inout) :: pieces(:)
     integer, allocatable :: cuts(:)
     integer :: i, n
@@ -131,7 +131,7 @@ contains
     end do
   end subroutine split
 
-  !> A text as a string of JSON.
+  !> Returns a text as a JSON string.
   pure function json_string(text) result(string)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: string
@@ -151,8 +151,8 @@ contains
     string = string//'"'
   end function json_string
 
-  !> Letters to be changed, added, removed or swapped with their neighbour to make one word the
-  !> other.
+  !> Returns the number of letters to be changed, added, removed or swapped with their neighbour to convert one word to
+  !> the other.
   pure integer function edit_distance(a, b) result(distance)
     !> One word; the other.
     character(len=*), intent(in) :: a, b
@@ -170,7 +170,7 @@ contains
     distance = table(len(a), len(b))
   end function edit_distance
 
-  !> Whether the last two letters of one word are those of the other, swapped.
+  !> Returns whether the last two letters of one word are those of the other, swapped.
   pure logical function swapped(a, b)
     !> One word; the other.
     character(len=*), intent(in) :: a, b
@@ -182,14 +182,14 @@ contains
     if (min(i, j) > 1) swapped = a(i - 1:i - 1) == b(j:j) .and. a(i:i) == b(j - 1:j - 1)
   end function swapped
 
-  !> The known word nearest to one that is not known, regardless of case; empty when none is near.
+  !> Returns the known word nearest to an unknown one, ignoring case; empty if none is near.
   pure function nearest_word(word, known) result(found)
     !> The unknown word.
     character(len=*), intent(in) :: word
-    !> The words it may have been meant to be.
+    !> Candidate words.
     type(string_type), intent(in) :: known(:)
     character(len=:), allocatable :: found
-    !> Longer words are not typing errors, and the table of distances stays small.
+    !> Longer words are not typing errors; the limit keeps the table of distances small.
     integer, parameter :: longest = 80
     integer :: best, distance, i
 
@@ -206,7 +206,7 @@ contains
     end do
   end function nearest_word
 
-  !> Whole numbers with commas between them.
+  !> Returns integers separated by commas.
   pure function integer_list(values) result(text)
     integer, intent(in) :: values(:)
     character(len=:), allocatable :: text
@@ -219,7 +219,7 @@ contains
     end do
   end function integer_list
 
-  !> A text with another one in the place of each of a character.
+  !> Returns a text in which every occurrence of a character is replaced by another text.
   pure function replaced(text, old, new) result(changed)
     character(len=*), intent(in) :: text
     character(len=1), intent(in) :: old
@@ -238,7 +238,7 @@ contains
     changed = changed//text(first:)
   end function replaced
 
-  !> Place of a word in a list, 0 where it is not in it.
+  !> Returns the position of a word in a list, 0 if it is not found.
   pure integer function word_place(list, word) result(place)
     type(string_type), intent(in) :: list(:)
     character(len=*), intent(in) :: word
@@ -248,9 +248,9 @@ contains
     end do
   end function word_place
 
-  !> The nearest known word as a question, empty when none is near.
+  !> Returns the nearest known word as a question, empty if none is near.
   pure function did_you_mean(word, known) result(text)
-    !> As of nearest_word.
+    !> As for nearest_word.
     character(len=*), intent(in) :: word
     type(string_type), intent(in) :: known(:)
     character(len=:), allocatable :: text
@@ -259,11 +259,11 @@ contains
     if (len(text) > 0) text = ' (did you mean '//text//'?)'
   end function did_you_mean
 
-  !> Read a whole number that is the whole word.
+  !> Reads an integer that occupies the whole word.
   pure subroutine read_integer(word, value, outcome)
     !> The word, stripped.
     character(len=*), intent(in) :: word
-    !> The number, 0 when there is none; one of the number_* values.
+    !> The number, 0 if there is none; one of the number_* values.
     integer, intent(out) :: value, outcome
     real(wp) :: number
     integer :: status
@@ -281,11 +281,11 @@ contains
     end if
   end subroutine read_integer
 
-  !> Read a finite real that is the whole word: 1, 1.0, .5, 1e3, 1d3.
+  !> Reads a finite real that occupies the whole word: 1, 1.0, .5, 1e3, 1d3.
   pure subroutine read_real(word, value, outcome)
     !> The word, stripped.
     character(len=*), intent(in) :: word
-    !> The number, 0 when there is none.
+    !> The number, 0 if there is none.
     real(wp), intent(out) :: value
     !> One of the number_* values.
     integer, intent(out) :: outcome
@@ -308,12 +308,12 @@ contains
     if (status /= 0) outcome = number_not_finite
   end subroutine read_real
 
-  !> Power of ten of the first digit of a number: numbers beyond the doubles are found without
-  !> an overflow, which a debugging build would stop at.
+  !> Returns the power of ten of the first digit of a number: numbers beyond the range of doubles are detected without
+  !> overflow, which would stop a debug build.
   pure integer function decimal_size(word) result(power)
     !> A word that has the form of a number.
     character(len=*), intent(in) :: word
-    !> Exponents are cut here; far more digits than any line of a deck would balance.
+    !> Exponents are limited to this value, which exceeds the number of digits on any line of a deck.
     integer, parameter :: most = 1000000
     integer :: e, point, first, exponent, status
 
@@ -331,7 +331,7 @@ contains
     power = max(-most, min(most, exponent)) + point - first - merge(1, 0, first < point)
   end function decimal_size
 
-  !> Whether a word has the form of a number: sign, digits with at most one point, exponent.
+  !> Returns whether a word has the form of a number: sign, digits with at most one point, exponent.
   pure logical function is_number(word)
     !> The word, stripped.
     character(len=*), intent(in) :: word
@@ -350,7 +350,7 @@ contains
       len(exponent) > 0 .and. verify(exponent, digits) == 0
   end function is_number
 
-  !> A word without one leading sign.
+  !> Returns a word without one leading sign.
   pure function unsigned(word) result(rest)
     character(len=*), intent(in) :: word
     character(len=:), allocatable :: rest
@@ -361,7 +361,7 @@ contains
     end if
   end function unsigned
 
-  !> A whole number without blanks.
+  !> Returns an integer without blanks.
   pure function short_text(value) result(text)
     !> The number.
     integer, intent(in) :: value
@@ -370,7 +370,7 @@ contains
     text = long_text(int(value, long))
   end function short_text
 
-  !> The same of a long one.
+  !> Returns a long integer without blanks.
   pure function long_text(value) result(text)
     !> The number.
     integer(long), intent(in) :: value
@@ -381,12 +381,12 @@ contains
     text = trim(buffer)
   end function long_text
 
-  !> A real with the fewest digits that read back to the same bits: 0.15, 100, 1e-3, 2.5e12.
+  !> Returns a real with the least number of digits that are read back with identical bits: 0.15, 100, 1e-3, 2.5e12.
   pure function real_text(value) result(text)
     !> The number, finite.
     real(wp), intent(in) :: value
     character(len=:), allocatable :: text
-    !> Digits after the first that are enough for any double.
+    !> Sufficient number of digits after the first one for any double.
     integer, parameter :: enough = 16
     character(len=32) :: buffer, form
     real(wp) :: back
@@ -404,7 +404,7 @@ contains
     text = laid_out(value < 0.0_wp .or. buffer(1:1) == '-', without_point(buffer(:e - 1)), exponent)
   end function real_text
 
-  !> The digits of a number without sign, point and trailing zeros.
+  !> Returns the digits of a number without sign, point and trailing zeros.
   pure function without_point(mantissa) result(figures)
     !> Sign, digit, point, digits.
     character(len=*), intent(in) :: mantissa
@@ -420,16 +420,16 @@ contains
     end do
   end function without_point
 
-  !> Write d.ddd x 10^exponent as people do.
+  !> Returns d.ddd x 10^exponent in common notation.
   pure function laid_out(negative, figures, exponent) result(text)
     !> Sign.
     logical, intent(in) :: negative
-    !> Digits, the first before the point.
+    !> Digits; the first one is before the point.
     character(len=*), intent(in) :: figures
     !> Power of ten of the first digit.
     integer, intent(in) :: exponent
     character(len=:), allocatable :: text
-    !> Numbers of this many digits before and zeros behind the point need no exponent.
+    !> Maximum number of digits before the point and of zeros after it without an exponent.
     integer, parameter :: most_before = 8, most_zeros = 4
 
     if (exponent > most_before .or. exponent < -most_zeros) then
@@ -446,7 +446,7 @@ contains
     if (negative) text = '-'//text
   end function laid_out
 
-  !> Whether two reals are the same, bit for bit.
+  !> Returns whether two reals have identical bits.
   elemental logical function same_bits(a, b)
     !> One number; the other.
     real(wp), intent(in) :: a, b
@@ -454,7 +454,7 @@ contains
     same_bits = transfer(a, 0_long) == transfer(b, 0_long)
   end function same_bits
 
-  !> Put a word at the end of a list.
+  !> Appends a word to a list.
   pure subroutine add_word(list, word)
     !> The list, allocated.
     type(string_type), allocatable, intent(inout) :: list(:)

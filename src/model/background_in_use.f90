@@ -1,6 +1,6 @@
-!> Which of the backgrounds of an analysis is in use. A run may start on triangles that fit its scene and go with the
-!> ground, and go over to the grid of their lines when they are worn (qsmpm_worn_mesh). The window of the state tells
-!> which it is: triangles have none.
+!> Identifies the background mesh in use. A run may start on a body-fitted triangular mesh that moves with the material
+!> and continue on the grid with the same lines when elements become too distorted (qsmpm_worn_mesh). The window of the
+!> state identifies the mesh: triangles have none.
 module qsmpm_background_in_use
   use qsmpm_kinds, only: wp
   use qsmpm_material_description, only: locking_none, locking_uniform_pressure
@@ -15,36 +15,37 @@ module qsmpm_background_in_use
 
 contains
 
-  !> Number of the background that a window belongs to.
+  !> Returns the number of the background to which a window belongs.
   pure integer function number_of(window)
     type(window_type), intent(in) :: window
 
     number_of = merge(1, 2, window == window_type())
   end function number_of
 
-  !> Whether a model stands on a background that another one may follow.
+  !> Returns whether the model is on an initial background that can be replaced.
   pure logical function is_at_start(model)
     type(model_type), intent(in) :: model
 
     is_at_start = allocated(model%analysis%backgrounds) .and. number_of(model%state%window) == 1
   end function is_at_start
 
-  !> Whether it stands on one that has followed.
+  !> Returns whether the model is on a background that has replaced the initial one.
   pure logical function is_after_start(model)
     type(model_type), intent(in) :: model
 
     is_after_start = allocated(model%analysis%backgrounds) .and. number_of(model%state%window) > 1
   end function is_after_start
 
-  !> Whether the pressures by which points of a cell differ last from step to step (qsmpm_uniform_pressure): cells go
-  !> with the ground, and nothing softens. Ground that softens picks its bands by the least of what its cells bear.
+  !> Returns whether the pressure differences between the points of a cell are retained from step to step
+  !> (qsmpm_uniform_pressure): cells move with the material and no material softens. In softening soil, shear bands
+  !> form where the strength of a cell is least.
   pure logical function pressures_last(model)
     type(model_type), intent(in) :: model
 
     pressures_last = model%analysis%method%basis == basis_fem .and. .not. any(model%analysis%materials%softening%given)
   end function pressures_last
 
-  !> Kind of mesh, element, method, size of the cells and treatment of locking of a background.
+  !> Sets the kind of mesh, element, method, cell size and locking treatment of a background.
   pure subroutine take_background(number, model)
     integer, intent(in) :: number
     type(model_type), intent(inout) :: model
@@ -59,7 +60,7 @@ contains
     call take_treatment(model)
   end subroutine take_background
 
-  !> Treatment of locking in the phase of the state, on the background that it is on.
+  !> Sets the locking treatment for the current phase and background.
   pure subroutine take_treatment(model)
     type(model_type), intent(inout) :: model
     real(wp) :: factors(2)

@@ -1,4 +1,4 @@
-!> Errors of a deck that are only found when the model is built.
+!> Errors of a deck that are detected only when the model is built.
 module qsmpm_diagnostics
   use qsmpm_source_line, only: source_line_type
   use qsmpm_error, only: error_deck, error_user_material
@@ -8,23 +8,23 @@ module qsmpm_diagnostics
 
   public :: diagnostics_type, add_diagnostic, where_text
 
-  !> Errors, one a line.
+  !> Errors, one per line.
   type :: diagnostics_type
     integer :: count = 0
-    !> Exit code: error_deck, or error_user_material when there is no other error.
+    !> Exit code: error_deck, or error_user_material if there is no other error.
     integer :: code = error_user_material
     character(len=:), allocatable :: text
   end type diagnostics_type
 
 contains
 
-  !> Add `file:line: *KEYWORD: message`.
+  !> Adds `file:line: *KEYWORD: message`.
   pure subroutine add_diagnostic(diagnostics, where, keyword, message, code)
     type(diagnostics_type), intent(inout) :: diagnostics
-    !> Where the faulty item was written.
+    !> Location of the faulty item.
     type(source_line_type), intent(in) :: where
     character(len=*), intent(in) :: keyword, message
-    !> Code of the error, error_deck when there is none.
+    !> Code of the error; error_deck by default.
     integer, intent(in), optional :: code
     character(len=:), allocatable :: text
 
@@ -42,7 +42,7 @@ contains
     end if
   end subroutine add_diagnostic
 
-  !> `file:line: `, empty for what is from no deck.
+  !> Returns `file:line: `; empty for an item that is not from a deck.
   pure function where_text(where) result(text)
     type(source_line_type), intent(in) :: where
     character(len=:), allocatable :: text

@@ -1,14 +1,14 @@
-!> The background of *GRID, FIT=YES: triangles whose edges lie on the outlines of bodies and on rigid bodies as they are
-!> drawn, those of later phases included, and on sets of nodes along a line or plane of the ground. Where a set or a
-!> surface ends on an outline there is a node.
+!> Generates the background of *GRID, FIT=YES: triangles whose edges conform to the initial outlines of bodies and
+!> rigid bodies, including those of later phases, and to node sets along a line or plane in the soil. Nodes are placed
+!> where a set or a surface ends on an outline.
 !>
-!> Places where stress is singular and failure begins, as a deck draws them: corners at which soil turns inwards, as the
-!> toe of a slope, the foot of a pit or the edge of a fill, and ends of what loads a face. Triangles that fit the scene
-!> are smallest there: half of what a factor of safety is too high by goes, at the same cost (docs/methods/fitted.md).
-!> Where nodes are pushed they are two to four times as wide as the way that these go: soil that follows an edge turns
-!> smaller cells inside out, and the run cannot go on with splines then. Beside an edge in soil of friction that hardly
-!> carries the weight of a cell there is a surface without strength: there are none. And nowhere are they smaller than
-!> what ground of that stiffness settles under its own weight, or four times as much under what presses on it.
+!> The mesh is refined at points of singular stress, where failure begins: re-entrant corners of the soil, such as the
+!> toe of a slope, the bottom of an excavation or the edge of a fill, and ends of loaded surfaces. The refinement
+!> halves the error of a factor of safety at the same cost (docs/methods/fitted.md). Next to nodes with prescribed
+!> displacement, cells are two to four times as wide as the displacement: soil at an edge inverts smaller cells, and
+!> the run could then not continue with splines. There is no refinement next to an edge in frictional soil whose
+!> strength hardly supports the weight of a cell, since the surface there has no strength. Cells are nowhere smaller
+!> than the settlement of soil of that stiffness under its own weight, or four times that under the applied load.
 module qsmpm_fitted_background
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -32,36 +32,36 @@ module qsmpm_fitted_background
 
   public :: fit_background, fit_scene
 
-  !> How often narrow parts may halve the cells of the grid.
+  !> Maximum number of times that narrow parts halve the cells of the grid.
   integer, parameter :: halvings = 3
-  !> Chords of a circle.
+  !> Number of chords of a circle.
   integer, parameter :: chords = 64
-  !> Share of an edge within which a box touches it.
+  !> Fraction of an edge within which a box touches it.
   real(wp), parameter :: touching = 1.0e-9_wp
-  !> Share of a cell of the grid below which what a box holds of an edge is a place.
+  !> Fraction of a grid cell below which the part of an edge inside a box is treated as a point.
   real(wp), parameter :: a_place = 0.2_wp
 
-  !> Directions that are looked into around a corner, how many lie in soil at the least where it turns inwards, by 20
-  !> degrees, and the angle of the first: along no edge.
+  !> Number of directions checked around a corner; minimum number of them in soil for a re-entrant corner, which
+  !> exceeds a half by 20 degrees; angle of the first, which is parallel to no edge.
   integer, parameter :: directions = 72, inwards = 40
   real(wp), parameter :: turn = 0.0123_wp
-  !> Sine of the angle up to which an outline goes straight on.
+  !> Sine of the angle up to which an outline is straight.
   real(wp), parameter :: straight = 0.17_wp
-  !> How far they look, as a share of the smallest spacing of the grid.
+  !> Distance of the checked points, relative to the smallest spacing of the grid.
   real(wp), parameter :: near = 1.0e-3_wp
-  !> Ways of nodes that are pushed in the width of a cell beside them, at the most; half as many at the least.
+  !> Maximum ratio of cell width to prescribed displacement next to displacement-controlled nodes; the minimum is half.
   real(wp), parameter :: ways_of_cell = 4.0_wp
-  !> Cohesion over the weight of a cell, from which the surface beside an edge that is pushed in stands.
+  !> Ratio of cohesion to the weight of a cell from which the surface next to a displacement-controlled edge is stable.
   real(wp), parameter :: weights_of_cell = 2.0_wp
 
 contains
 
-  !> Fit triangles to an analysis.
+  !> Generates the body-fitted mesh of an analysis.
   subroutine fit_background(analysis, mesh, error)
     type(analysis_type), intent(in) :: analysis
     !> Nodes and cells, no topology.
     type(mesh_type), intent(out) :: mesh
-    !> Outlines that cannot be fitted.
+    !> Set when the mesh cannot conform to the outlines.
     type(error_type), allocatable, intent(out) :: error
     type(fitted_mesh_type) :: fitted
     type(outline_type), allocatable :: outlines(:)
@@ -86,12 +86,12 @@ contains
     mesh%cell_label = [(i, i=1, mesh%cell_count)]
   end subroutine fit_background
 
-  !> Triangles, with the number of the body that each lies in, and the outlines; those of rigid bodies are of region 0.
+  !> Returns the triangles, with the body number of each, and the outlines; those of rigid bodies have region 0.
   subroutine fit_scene(analysis, fitted, outlines, error)
     type(analysis_type), intent(in) :: analysis
     type(fitted_mesh_type), intent(out) :: fitted
     type(outline_type), allocatable, intent(out) :: outlines(:)
-    !> Outlines that cannot be fitted.
+    !> Set when the mesh cannot conform to the outlines.
     type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: boxes(:, :), corners(:, :)
     real(wp) :: spacing
@@ -110,7 +110,7 @@ contains
     end associate
   end subroutine fit_scene
 
-  !> What a deck draws; what comes later covers what is there.
+  !> Returns the outlines of bodies and rigid bodies in the order of the deck; later ones cover earlier ones.
   pure subroutine outlines_of(analysis, outlines)
     type(analysis_type), intent(in) :: analysis
     type(outline_type), allocatable, intent(out) :: outlines(:)
@@ -143,8 +143,8 @@ contains
     outlines = outlines(:n)
   end subroutine outlines_of
 
-  !> Levels of the water at rest in ground that begins with K0 stresses, from side to side of the grid: the stresses
-  !> have a kink there, and cells that it passes through are not in equilibrium.
+  !> Adds hydrostatic water levels across the grid in soil with K0 stresses: the stresses have a kink there, and cells
+  !> that contain the level are not in equilibrium.
   pure subroutine add_levels(analysis, outlines)
     type(analysis_type), intent(in) :: analysis
     type(outline_type), allocatable, intent(inout) :: outlines(:)
@@ -172,10 +172,10 @@ contains
     end do
   end subroutine add_levels
 
-  !> Places where the boxes of sets and surfaces end on outlines.
+  !> Adds the points where the boxes of sets and surfaces end on outlines.
   pure subroutine add_ends(analysis, spacing, outlines)
     type(analysis_type), intent(in) :: analysis
-    !> The smallest of the grid.
+    !> Smallest spacing of the grid.
     real(wp), intent(in) :: spacing
     type(outline_type), allocatable, intent(inout) :: outlines(:)
     integer :: i, drawn
@@ -191,10 +191,11 @@ contains
     end do
   end subroutine add_ends
 
-  !> Sets of nodes along a line or plane that leaves the outlines drawn: a wall that reaches below the floor of a pit.
+  !> Adds node sets along a line or plane that is not part of an outline, such as a wall that extends below an
+  !> excavation.
   pure subroutine add_set_lines(analysis, shortest, outlines)
     type(analysis_type), intent(in) :: analysis
-    !> Length of a line that is more than a place.
+    !> Minimum length of a line that is not treated as a point.
     real(wp), intent(in) :: shortest
     type(outline_type), allocatable, intent(inout) :: outlines(:)
     type(outline_type) :: line
@@ -222,11 +223,12 @@ contains
     end do
   end subroutine add_set_lines
 
-  !> Whether a line lies on outlines all along, or a plane wherever there is a body on both sides of it.
+  !> Returns whether a line is on outlines over its full length, or a plane wherever there is a body on both sides of
+  !> it.
   pure logical function is_drawn(line, in_ground, outlines)
-    !> Ends (2, 2).
+    !> End points (2, 2).
     real(wp), intent(in) :: line(:, :)
-    !> It is a plane.
+    !> Whether the set is a plane.
     logical, intent(in) :: in_ground
     type(outline_type), intent(in) :: outlines(:)
     integer, parameter :: samples = 64
@@ -255,12 +257,12 @@ contains
     end do
   end function is_drawn
 
-  !> Places where a box cuts the edges of the outlines drawn.
+  !> Adds the points where a box intersects the edges of the first outlines.
   pure subroutine cut_outlines(name, box, shortest, drawn, outlines)
     character(len=*), intent(in) :: name
     !> Lower and upper corner (3, 2).
     real(wp), intent(in) :: box(:, :)
-    !> Length of an edge that is more than a place: a box around a corner picks its node.
+    !> Minimum length of an edge part that is not treated as a point: a box around a corner selects its node.
     real(wp), intent(in) :: shortest
     integer, intent(in) :: drawn
     type(outline_type), allocatable, intent(inout) :: outlines(:)
@@ -284,7 +286,8 @@ contains
     end do
   end subroutine cut_outlines
 
-  !> Where a straight line enters and leaves a box, as shares of its length; the first is the larger where it misses it.
+  !> Returns the fractions of its length at which a straight line enters and leaves a box; the first is the larger one
+  !> if the line misses the box.
   pure function shares_inside(from, along, box) result(share)
     real(wp), intent(in) :: from(2), along(2), box(2, 2)
     real(wp) :: share(2), ends(2), slack
@@ -315,7 +318,7 @@ contains
     outlines(n)%corner = corner
   end subroutine add_outline
 
-  !> Corners of a box, counter-clockwise.
+  !> Returns the corners of a box, counter-clockwise.
   pure function box_corners(box) result(corner)
     !> Lower and upper corner (3, 2).
     real(wp), intent(in) :: box(:, :)
@@ -325,7 +328,7 @@ contains
     corner(2, :) = box(2, [1, 1, 2, 2])
   end function box_corners
 
-  !> Corners of a circle as chords.
+  !> Returns the corners of a polygon inscribed in a circle.
   pure function circle_corners(place, radius) result(corner)
     real(wp), intent(in) :: place(:), radius
     real(wp) :: corner(2, chords)
@@ -336,10 +339,10 @@ contains
     end do
   end function circle_corners
 
-  !> Places in ground that can yield, and how wide cells may be there, 0 for as small as they come (3, n).
+  !> Returns the singular points in soil that can yield, with the minimum cell width there, 0 for no limit (3, n).
   pure function singular_corners(analysis, outlines, spacing) result(places)
     type(analysis_type), intent(in) :: analysis
-    !> Those of bodies, whose region is their number, and places where sets and surfaces end.
+    !> Outlines of bodies, whose region is the body number, and end points of sets and surfaces.
     type(outline_type), intent(in) :: outlines(:)
     !> Smallest spacing of the grid.
     real(wp), intent(in) :: spacing
@@ -352,7 +355,7 @@ contains
     width = ways_of_cell*way_of_nodes(analysis)
     if (.not. any(may_yield(analysis%materials)) .or. width >= spacing) return
     if (width > 0.0_wp .and. .not. all(stands(analysis%materials, spacing))) return
-    ! The largest load on a face.
+    ! Largest load on a surface.
     load = 0.0_wp
     do p = 1, size(analysis%phases)
       associate (phase => analysis%phases(p))
@@ -380,8 +383,8 @@ contains
     end do
   end function singular_corners
 
-  !> Whether an outline bends at a corner by more than a chord of a circle: what turns inwards has such a corner of some
-  !> body, and an outline of thousands of corners has few.
+  !> Returns whether an outline bends at a corner by more than a chord of a circle. A re-entrant corner of the soil is
+  !> such a corner of some body, and an outline of thousands of corners has few of them.
   pure logical function bends(corners, i)
     real(wp), intent(in) :: corners(:, :)
     integer, intent(in) :: i
@@ -395,10 +398,10 @@ contains
       .or. dot_product(before, behind) < 0.0_wp
   end function bends
 
-  !> Whether more than a half of what is around a corner is soil, and not all.
+  !> Returns whether more than half of the surroundings of a corner, but not all of it, is soil.
   pure logical function turns_inwards(outlines, active, corner, radius)
     type(outline_type), intent(in) :: outlines(:)
-    !> Bodies that are there.
+    !> Whether each body is active.
     logical, intent(in) :: active(:)
     real(wp), intent(in) :: corner(2), radius
     real(wp) :: angle
@@ -411,7 +414,7 @@ contains
       soil = .false.
       do o = 1, size(outlines)
         if (outlines(o)%region == 0) cycle
-        ! A body covers those that are drawn before it.
+        ! A body covers the bodies defined before it.
         if (polygon_contains(outlines(o)%corner, corner + radius*[cos(angle), sin(angle)])) &
           soil = active(outlines(o)%region)
       end do
@@ -420,7 +423,7 @@ contains
     turns_inwards = full >= inwards .and. full < directions
   end function turns_inwards
 
-  !> Whether the surface of a material has a strength of its own.
+  !> Returns whether the surface of a material is stable by cohesion.
   elemental logical function stands(material, spacing)
     type(material_type), intent(in) :: material
     real(wp), intent(in) :: spacing
@@ -430,8 +433,8 @@ contains
     stands = .not. traits%friction_angle > 0.0_wp .or. traits%cohesion >= weights_of_cell*material%unit_weight*spacing
   end function stands
 
-  !> What a layer of a soil that can yield settles under its own weight, g D^2/(2 E), or four times q D/E under a load;
-  !> 0 where its law has no E.
+  !> Returns the settlement of a layer of soil that can yield, g D^2/(2 E) under its own weight or four times q D/E
+  !> under a load; 0 if its law has no E.
   elemental real(wp) function own_settlement(material, depth, load) result(settlement)
     type(material_type), intent(in) :: material
     real(wp), intent(in) :: depth, load
@@ -441,7 +444,7 @@ contains
       settlement = max(0.5_wp*material%unit_weight*depth, ways_of_cell*load)*depth/material%young
   end function own_settlement
 
-  !> The smaller extent of what the bodies fill: ground is wider than deep, whatever way is down.
+  !> Returns the smaller extent of the bodies, taken as the depth of the soil whatever the vertical direction.
   pure real(wp) function depth_of(outlines) result(depth)
     type(outline_type), intent(in) :: outlines(:)
     real(wp) :: low(2), high(2)
@@ -457,7 +460,7 @@ contains
     depth = max(0.0_wp, minval(high - low))
   end function depth_of
 
-  !> How far phases push nodes in all.
+  !> Returns the sum of the prescribed displacements of all phases.
   pure real(wp) function way_of_nodes(analysis) result(way)
     type(analysis_type), intent(in) :: analysis
     integer :: p
@@ -468,7 +471,7 @@ contains
     end do
   end function way_of_nodes
 
-  !> Whether a phase loads the surface of a name, or pushes the set.
+  !> Returns whether a phase loads the surface or prescribes displacements of the set of this name.
   pure logical function is_loaded(analysis, name) result(loaded)
     type(analysis_type), intent(in) :: analysis
     character(len=*), intent(in) :: name

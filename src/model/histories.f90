@@ -1,4 +1,4 @@
-!> Histories: what the deck wants in the columns of the curve, and where it is taken: a massless tracer for each
+!> Histories: the quantities requested for the columns of curves.csv and their locations: a massless tracer for each
 !> displacement or position, the nearest material point for each stress, strain and state variable.
 module qsmpm_histories
   use qsmpm_kinds, only: wp, long
@@ -44,14 +44,14 @@ module qsmpm_histories
 
   public :: take_histories, make_histories
 
-  !> A body reaches the side of the mesh from this share of its length on.
+  !> Fraction of its length within which a body touches the side of the mesh.
   real(wp), parameter :: on_side = 1.0e-3_wp
-  !> A place is outside of the ground by rounding, and taken for one on its face, up to these shares of a cell.
+  !> A location outside the soil by rounding is moved to its surface, up to these fractions of a cell.
   real(wp), parameter :: on_face = 1.0e-6_wp, near = 0.05_wp
 
 contains
 
-  !> Values of all histories in the deck's order.
+  !> Returns the values of all histories in the order of the deck.
   subroutine take_histories(model, values)
     type(model_type), intent(in) :: model
     real(wp), allocatable, intent(out) :: values(:)
@@ -63,8 +63,8 @@ contains
     end do
   end subroutine take_histories
 
-  !> One history before scaling; of a model that a team shares the part of this process, which with those of the others
-  !> makes it up.
+  !> Returns a history before scaling; in a model shared by a team the contribution of this process, which is summed
+  !> over the processes.
   real(wp) function history_value(model, i) result(value)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
@@ -74,7 +74,7 @@ contains
     value = 0.0_wp
     place = model%history_tracer(i)
     associate (history => model%analysis%histories(i), tracers => model%state%tracers)
-      ! The point may be one of a body that is not there.
+      ! The point may belong to an inactive body.
       if (is_taken_at(history%quantity, at_point) .and. model%history_point(i) == 0) return
       if (is_divided(model%part) .and. history_quantities(history%quantity)%known_to_all .and. &
         model%part%team%rank > 0) return
@@ -121,7 +121,7 @@ contains
     end associate
   end function history_value
 
-  !> What is kept of a rigid body.
+  !> Returns a quantity of a rigid body.
   pure real(wp) function rigid_body_value(model, history) result(value)
     type(model_type), intent(in) :: model
     type(history_type), intent(in) :: history
@@ -144,8 +144,9 @@ contains
     end select
   end function rigid_body_value
 
-  !> Stress of a material point. Where its cell has one pressure the pressure is that of the smooth stress of its
-  !> material (qsmpm_smooth_stress): that of the point is right in the middle of the cell only.
+  !> Returns the stress of a material point. In cells of uniform pressure, the pressure is taken from the smoothed
+  !> stress of the material (qsmpm_smooth_stress), since the pressure of the point is accurate only at the centre of
+  !> the cell.
   function smooth_in_pressure(model, point) result(stress)
     type(model_type), intent(in) :: model
     integer, intent(in) :: point
@@ -171,7 +172,7 @@ contains
     end if
   end function smooth_in_pressure
 
-  !> Sum of the reactions of a node set, or of the forces of the support of a surface.
+  !> Returns the sum of the reactions of a node set, or of the support forces of a surface.
   pure real(wp) function reaction_of(model, history) result(value)
     type(model_type), intent(in) :: model
     type(history_type), intent(in) :: history
@@ -191,7 +192,7 @@ contains
     end associate
   end function reaction_of
 
-  !> How far the front of a body, its outermost material point, has moved outwards since displacements count.
+  !> Returns the advance of the front of a body, its outermost material point, since the reset of displacements.
   real(wp) function runout_of(model, history) result(value)
     type(model_type), intent(in) :: model
     type(history_type), intent(in) :: history
@@ -206,7 +207,7 @@ contains
     end associate
   end function runout_of
 
-  !> Points of the body of a history, of all bodies where it names none.
+  !> Returns the points of the body of a history, or of all bodies if it names none.
   pure function is_of_body(model, history) result(here)
     type(model_type), intent(in) :: model
     type(history_type), intent(in) :: history
@@ -215,10 +216,10 @@ contains
     here = len(history%body) == 0 .or. model%state%points%body == place_named(model%analysis%bodies, history%body)
   end function is_of_body
 
-  !> Tracers and points of all histories.
+  !> Creates the tracers and selects the points of all histories.
   subroutine make_histories(model, table, diagnostics)
     type(model_type), intent(inout) :: model
-    !> What of the bodies the cells hold.
+    !> Numbers of points of the bodies in the cells.
     type(seed_table_type), intent(in) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     logical :: traced(size(model%analysis%histories)), occupied(model%mesh%cell_count)
@@ -265,12 +266,12 @@ contains
     call place_props(model, occupied, n, diagnostics)
   end subroutine make_histories
 
-  !> Tracers of the ends of props, behind those of the histories.
+  !> Places the tracers of the ends of props after those of the histories.
   subroutine place_props(model, occupied, before, diagnostics)
     type(model_type), intent(inout) :: model
     !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)
-    !> Tracers of the histories.
+    !> Number of tracers of the histories.
     integer, intent(in) :: before
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: b, e, n
@@ -289,14 +290,14 @@ contains
     end do
   end subroutine place_props
 
-  !> The end of a prop bears on ground that is there in every phase that has the prop.
+  !> Checks that the end of a prop is supported by active soil in every phase that has the prop.
   subroutine check_seat(model, prop, number, diagnostics)
     type(model_type), intent(in) :: model
     type(prop_type), intent(in) :: prop
     !> Number of the end.
     integer, intent(in) :: number
     type(diagnostics_type), intent(inout) :: diagnostics
-    !> Widths of a cell between a place at the edge of the ground and the nearest material point.
+    !> Maximum distance, in cell widths, between a location at the edge of the soil and the nearest material point.
     real(wp), parameter :: near = 1.0_wp
     type(prop_stage_type) :: stage
     logical :: active(size(model%analysis%bodies))
@@ -324,7 +325,7 @@ contains
     end do
   end subroutine check_seat
 
-  !> Find the state variable of a history among those of the law of its point.
+  !> Finds the state variable of a history among those of the law of its point.
   subroutine find_state(model, number, material, diagnostics)
     type(model_type), intent(inout) :: model
     !> Number of the history, and the material of its point.
@@ -351,9 +352,9 @@ contains
     end associate
   end subroutine find_state
 
-  !> Whether a name, or the number in it, is meant: SDV3_void_ratio is also SDV3 and 3.
+  !> Returns whether a word means a name or the number in it: SDV3_void_ratio is also SDV3 and 3.
   pure logical function is_named(name, word)
-    !> Name of a state variable; what the deck says.
+    !> Name of a state variable; word of the deck.
     character(len=*), intent(in) :: name, word
     character(len=:), allocatable :: wanted, head
 
@@ -362,11 +363,11 @@ contains
     is_named = upper(name) == wanted .or. (index(head, 'SDV') == 1 .and. (head == wanted .or. head == 'SDV'//wanted))
   end function is_named
 
-  !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell. A place that is
-  !> outside of all by a little, as rounded coordinates of an outline are, is moved onto the nearest one.
+  !> Places a tracer in an occupied cell that contains its location, with preference for the cell of the nearest point.
+  !> A location slightly outside all cells, such as rounded coordinates of an outline, is moved to the nearest cell.
   subroutine place_tracer(model, at, keyword, name, where, occupied, tracer, diagnostics)
     type(model_type), intent(inout) :: model
-    !> The place, and the card that wants it.
+    !> The location; the keyword that defines it.
     real(wp), intent(in) :: at(3)
     character(len=*), intent(in) :: keyword, name
     type(source_line_type), intent(in) :: where
@@ -405,11 +406,11 @@ contains
     model%state%tracers%initial_position(:, tracer) = x
   end subroutine place_tracer
 
-  !> Move a place outside of a cell towards its middle, onto its face.
+  !> Moves a location outside a cell towards its centre, onto its face.
   pure subroutine move_onto_cell(mesh, cell, local, x)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell
-    !> Local coordinates, and the place (dimension).
+    !> Local coordinates; position (dimension).
     real(wp), intent(inout) :: local(:), x(:)
     real(wp) :: middle(size(local)), within(max_faces), outside(max_faces)
     integer :: n, kind
@@ -423,13 +424,13 @@ contains
     x = place_in_cell(mesh, cell, local)
   end subroutine move_onto_cell
 
-  !> The material point nearest to the place of a history; tell which one was picked.
+  !> Selects the material point nearest to the location of a history and reports it.
   subroutine pick_point(model, history, number, material)
     type(model_type), intent(inout) :: model
     type(history_type), intent(in) :: history
     !> Number of the history.
     integer, intent(in) :: number
-    !> Of the point.
+    !> Material of the point.
     integer, intent(out) :: material
     character(len=160) :: line
     integer(long) :: point(1), known(1)
@@ -460,11 +461,11 @@ contains
     call tell_body(model, history, body)
   end subroutine pick_point
 
-  !> Tell which body a history follows where bodies come and go, and warn of one that a phase takes out.
+  !> Reports which body a history follows when bodies are activated or deactivated, and warns if the body is removed.
   subroutine tell_body(model, history, body)
     type(model_type), intent(inout) :: model
     type(history_type), intent(in) :: history
-    !> Its number, 0 for none in particular.
+    !> Number of the body, 0 for no particular body.
     integer, intent(in) :: body
     logical :: before(size(model%analysis%bodies)), now(size(before))
     integer :: p
@@ -485,7 +486,7 @@ contains
     end associate
   end subroutine tell_body
 
-  !> Warn of a front that cannot move: the body reaches the side of the mesh that it is to run out to.
+  !> Warns of a front that cannot move because the body touches the side of the mesh towards which it would run out.
   subroutine check_front(model, history)
     type(model_type), intent(inout) :: model
     type(history_type), intent(in) :: history

@@ -1,5 +1,5 @@
-!> Arrays that stay from step to step, by name: what terms of the equations keep (multipliers, a history). They are
-!> part of the state, so that checkpoint and restart file bring them back without knowing whose they are.
+!> Named arrays that are stored from step to step: data of terms of the equations, such as multipliers or a history.
+!> They are part of the state, so that checkpoint and restart file contain them without knowledge of their owner.
 module qsmpm_kept_arrays
   use qsmpm_kinds, only: wp
   implicit none
@@ -8,10 +8,10 @@ module qsmpm_kept_arrays
   public :: kept_array_type, kept_arrays_type, lay_array, is_kept, kept_values, keep_values, renumber_nodal, clear_nodal
 
   type :: kept_array_type
-    !> Unique, without a slash: a name in the restart file.
+    !> Unique name without a slash, used in the restart file.
     character(len=:), allocatable :: name
     real(wp), allocatable :: values(:, :)
-    !> Its columns are the nodes of the space, and follow them when they are numbered anew.
+    !> Whether the columns are the nodes of the space; they are then reordered when the nodes are renumbered.
     logical :: nodal = .false.
   end type kept_array_type
 
@@ -21,12 +21,12 @@ module qsmpm_kept_arrays
 
 contains
 
-  !> Add an array with its first values; one that is there already stays.
+  !> Adds an array with its initial values; an existing array is unchanged.
   subroutine lay_array(kept, name, values, nodal)
     type(kept_arrays_type), intent(inout) :: kept
     character(len=*), intent(in) :: name
     real(wp), intent(in) :: values(:, :)
-    !> A column for each node of the space.
+    !> Whether there is a column for each node of the space.
     logical, intent(in), optional :: nodal
     type(kept_array_type) :: array
 
@@ -38,7 +38,7 @@ contains
     kept%list = [kept%list, array]
   end subroutine lay_array
 
-  !> Whether an array is there.
+  !> Returns whether an array exists.
   pure logical function is_kept(kept, name)
     type(kept_arrays_type), intent(in) :: kept
     character(len=*), intent(in) :: name
@@ -46,7 +46,7 @@ contains
     is_kept = place_of(kept, name) > 0
   end function is_kept
 
-  !> The values of an array that is there.
+  !> Returns the values of an existing array.
   pure function kept_values(kept, name) result(values)
     type(kept_arrays_type), intent(in) :: kept
     character(len=*), intent(in) :: name
@@ -55,7 +55,7 @@ contains
     values = kept%list(place_of(kept, name))%values
   end function kept_values
 
-  !> Give an array that is there new values.
+  !> Replaces the values of an existing array.
   pure subroutine keep_values(kept, name, values)
     type(kept_arrays_type), intent(inout) :: kept
     character(len=*), intent(in) :: name
@@ -64,10 +64,10 @@ contains
     kept%list(place_of(kept, name))%values = values
   end subroutine keep_values
 
-  !> The nodes are numbered anew: values of the nodal arrays at the same nodes, zero at nodes that were not there.
+  !> Renumbers the nodal arrays: values are retained at the same nodes and are zero at new nodes.
   pure subroutine renumber_nodal(kept, source)
     type(kept_arrays_type), intent(inout) :: kept
-    !> Former number of each node, 0 for none (nodes).
+    !> Previous number of each node, 0 for none (nodes).
     integer, intent(in) :: source(:)
     real(wp), allocatable :: values(:, :)
     integer :: i, a
@@ -83,7 +83,7 @@ contains
     end do
   end subroutine renumber_nodal
 
-  !> Nodal arrays of zeros for so many nodes.
+  !> Sets the nodal arrays to zero for a number of nodes.
   pure subroutine clear_nodal(kept, nodes)
     type(kept_arrays_type), intent(inout) :: kept
     integer, intent(in) :: nodes
@@ -91,7 +91,7 @@ contains
     call renumber_nodal(kept, spread(0, 1, nodes))
   end subroutine clear_nodal
 
-  !> Place in the list, 0 where there is none.
+  !> Returns the position in the list, 0 if there is none.
   pure integer function place_of(kept, name) result(place)
     type(kept_arrays_type), intent(in) :: kept
     character(len=*), intent(in) :: name

@@ -1,8 +1,9 @@
-!> What is to be said of layers before a run: interfaces that lines of the grid do not follow, and bodies that are thin
-!> for their cells: weak ones, and stiff ones that bend, which are refused. Figures: docs/methods/bodies.md, "Layers".
+!> Warnings about layers before a run: interfaces that are not on grid lines, and bodies that are thin relative to
+!> their cells, either weak ones or stiff ones in bending, which are rejected. Figures: docs/methods/bodies.md,
+!> "Layers".
 !>
-!> Gaps between bodies, or within one, that a grid cannot part: functions of the cells on either side reach across, so
-!> that the grid carries forces from side to side as if they touched. Triangles that fit the scene part them.
+!> Also warns of gaps between bodies, or within one, that a grid does not resolve: functions of the cells on either
+!> side span the gap, so that forces are transmitted as if the sides were in contact. A body-fitted mesh resolves them.
 module qsmpm_layer_warnings
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
@@ -23,27 +24,27 @@ module qsmpm_layer_warnings
 
   public :: layer_notes, check_bending, gap_notes
 
-  !> Stress that is off by this share of it in cut cells is told: the limit of the scatter of a run.
+  !> Relative error of the stress in cut cells above which a warning is issued: the limit of the scatter of a run.
   real(wp), parameter :: most_off = 0.13_wp
-  !> A body this much stiffer than all it touches bends by itself. Material points whose standard deviation is below
-  !> this share of its thickness are one row across it; two rows have a quarter. One so many times as long as it is
-  !> thick bends.
+  !> Stiffness ratio to all bodies in contact above which a body bends independently. Standard deviation of the point
+  !> positions, relative to the thickness, below which the points form one row across it; two rows have a quarter.
+  !> Ratio of length to thickness from which a body bends.
   real(wp), parameter :: bends = 10.0_wp, one_row = 0.1_wp, slender = 3.0_wp
 
-  !> An edge of a body of soil, with the soil on its left.
+  !> Edge of a soil body, with the soil on its left.
   type :: edge_type
     integer :: body = 0
     real(wp) :: from(2) = 0.0_wp, to(2) = 0.0_wp
   end type edge_type
 
-  !> Places along an edge, of which these are opposite to another edge where there is a gap; and the share of a cell
-  !> that is none: bodies drawn by hand miss one another by a hair.
+  !> Number of sample points along an edge, and how many of them must face another edge for a gap; fraction of a cell
+  !> below which there is no gap, since manually defined bodies may not match exactly.
   integer, parameter :: places = 9, most = 3
   real(wp), parameter :: hair = 0.05_wp
 
 contains
 
-  !> Sentences for the log.
+  !> Returns the warnings about layers for the log.
   pure function layer_notes(analysis) result(notes)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: notes
@@ -67,7 +68,7 @@ contains
     end do
   end function layer_notes
 
-  !> Which interfaces are those of a body.
+  !> Returns whether an interface is one of a body.
   elemental logical function any_body(found, body)
     type(interface_type), intent(in) :: found
     integer, intent(in) :: body
@@ -75,8 +76,8 @@ contains
     any_body = any(found%bodies == body)
   end function any_body
 
-  !> Refuse bodies of the grid that bend and are one material point thick: what a step leaves in them has no moment, and
-  !> the next one bends them anew.
+  !> Rejects bodies on a grid that bend and are one material point thick: the stresses left by a step have no moment,
+  !> and the next step bends them again.
   subroutine check_bending(model, diagnostics)
     !> The model with its points.
     type(model_type), intent(in) :: model
@@ -108,7 +109,7 @@ contains
       end do
     end associate
   contains
-    !> Whether what a body touches is nearly as stiff as it is, or more.
+    !> Returns whether a body touches another one of nearly the same stiffness or more.
     pure logical function is_held(body)
       integer, intent(in) :: body
       integer :: i, other
@@ -123,8 +124,8 @@ contains
     end function is_held
   end subroutine check_bending
 
-  !> What an interface within cells does. Cells strain as one: of a stiff part f the stress is r/(f r + 1 - f) of what
-  !> it should be, with f = 1/2 as said.
+  !> Returns the warning about an interface within cells. A cell has one strain: for a stiff part f the ratio of its
+  !> stress to the correct value is r/(f r + 1 - f), reported for f = 1/2.
   pure function cut_text(analysis, between) result(text)
     type(analysis_type), intent(in) :: analysis
     type(interface_type), intent(in) :: between
@@ -142,11 +143,11 @@ contains
     end associate
   end function cut_text
 
-  !> What a weak body of few cells does.
+  !> Returns the warning about a weak body that is few cells thick.
   pure function thin_text(analysis, b, cuts) result(text)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: b
-    !> Whether it meets another one within cells.
+    !> Whether it has an interface with another body within cells.
     logical, intent(in) :: cuts
     character(len=:), allocatable :: text, figures
     real(wp) :: thick, long, cell, normal(3)
@@ -166,7 +167,7 @@ contains
       'cells of '//rounded_text(thick/fewest_cells)//' or smaller across it are required'//new_line('a')
   end function thin_text
 
-  !> Sentences for the log.
+  !> Returns the warnings about gaps for the log.
   pure function gap_notes(analysis) result(notes)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: notes
@@ -196,10 +197,10 @@ contains
     end do
   end function gap_notes
 
-  !> What is said of a gap.
+  !> Returns the warning about a gap.
   pure function sentence(analysis, one, other, width) result(text)
     type(analysis_type), intent(in) :: analysis
-    !> The bodies, and the width of the gap.
+    !> The two bodies; width of the gap.
     integer, intent(in) :: one, other
     real(wp), intent(in) :: width
     character(len=:), allocatable :: text
@@ -212,7 +213,7 @@ contains
       'close the gap, take smaller cells, or a body-fitted mesh (*GRID without ELEMENT)'//new_line('a')
   end function sentence
 
-  !> Edges of all boxes and polygons, those of bodies that come later too.
+  !> Lists the edges of all boxes and polygons, including those of bodies activated later.
   pure subroutine list_edges(analysis, edges)
     type(analysis_type), intent(in) :: analysis
     type(edge_type), allocatable, intent(out) :: edges(:)
@@ -231,7 +232,7 @@ contains
     end do
   end subroutine list_edges
 
-  !> Size of the cells along the normal of an edge, those of the grid's lines next to its middle.
+  !> Returns the cell size along the normal of an edge, from the grid lines next to its midpoint.
   pure real(wp) function cells_across(analysis, edge) result(cell)
     type(analysis_type), intent(in) :: analysis
     type(edge_type), intent(in) :: edge
@@ -249,14 +250,14 @@ contains
     cell = dot_product(along([2, 1]), width)
   end function cells_across
 
-  !> The body that a ray meets which leaves an edge outwards, 0 where none is within reach or they touch.
+  !> Finds the first body on the outward normal from a point of an edge; 0 if none is within reach or the edges touch.
   pure subroutine look_across(edges, number, share, reach, body, width)
     type(edge_type), intent(in) :: edges(:)
-    !> Edge, and place on it as a share of its length.
+    !> Number of the edge; position on it as a fraction of its length.
     integer, intent(in) :: number
     real(wp), intent(in) :: share, reach
     integer, intent(out) :: body
-    !> The way to it.
+    !> Distance to the body.
     real(wp), intent(out) :: width
     real(wp) :: from(2), out(2), along(2), facing, t, s
     integer :: i
@@ -273,7 +274,7 @@ contains
       along = edges(i)%to - edges(i)%from
       facing = along(1)*out(2) - along(2)*out(1)
       if (i == number .or. .not. abs(facing) > 0.5_wp*norm2(along)) cycle
-      ! from + t out = its start + s along
+      ! from + t out = its start + s along.
       associate (way => edges(i)%from - from)
         t = (along(1)*way(2) - along(2)*way(1))/facing
         s = (out(1)*way(2) - out(2)*way(1))/facing

@@ -1,4 +1,4 @@
-!> How a load goes from its value at the start of a phase to that at its end: evenly.
+!> Variation of a load between its values at the start and the end of a phase: linear.
 module qsmpm_load_path
   use qsmpm_kinds, only: wp
   implicit none
@@ -8,7 +8,7 @@ module qsmpm_load_path
 
 contains
 
-  !> Linear between two values.
+  !> Interpolates linearly between two values.
   elemental real(wp) function between(start, final, fraction)
     real(wp), intent(in) :: start, final
     !> Load fraction of the phase, 0 to 1.

@@ -1,9 +1,9 @@
-!> The law of a material of the deck: of the user's model, of a soil law's card, or of elasticity and strength; with
-!> pore water around it where it is undrained; and the cells that its softening allows.
+!> Creates the law of a material of the deck: a user model, a soil law, or elasticity with strength; with pore water if
+!> undrained. Checks the cell size against softening.
 !>
-!> Strength profiles and fields of values against the bodies that have them: no point may have a negative strength, and
-!> the log tells the range over the material, and of points far beyond the samples of a field. The mean of a varying
-!> stiffness scales stabilisation from here on.
+!> Also checks strength profiles and fields of values against the bodies that use them: the strength must not be
+!> negative at any point. The log reports the range over the material and points far outside the samples of a field.
+!> The mean of a varying stiffness is used to scale the stabilisation.
 module qsmpm_material_law
   use qsmpm_material_description, only: material_type
   use qsmpm_method_description, only: method_type, stress_rate_cauchy
@@ -35,23 +35,23 @@ module qsmpm_material_law
 
   public :: make_material_law, check_softening_cells, check_strength_profiles
 
-  !> Samples that a point lies beyond the last one, above which it is told.
+  !> Distance from the nearest sample, in sample spacings, above which a point is reported.
   real(wp), parameter :: beyond = 1.0_wp
 
 contains
 
-  !> Make the law of a material.
+  !> Creates the law of a material.
   subroutine make_material_law(material, method, stress, dimension, law, error)
     type(material_type), intent(in) :: material
     !> Kinematics and rate.
     type(method_type), intent(in) :: method
-    !> Cauchy stress that the material starts with, or one like it (6).
+    !> Initial Cauchy stress of the material or a typical one (6).
     real(wp), intent(in) :: stress(6)
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> The law, with its exact consistent tangent.
+    !> The law, with its consistent tangent.
     class(law_type), allocatable, intent(out) :: law
-    !> Set when a parameter is out of its range.
+    !> Set when a parameter is out of range.
     type(error_type), allocatable, intent(out) :: error
     type(strength_profile_type) :: profile
     integer :: rate
@@ -77,15 +77,15 @@ contains
       end if
     end if
     if (allocated(error)) return
-    ! What scales with stiffness is the same for a material in total as in effective stress.
+    ! Quantities scaled by the stiffness are equal for total and effective stress analysis of a material.
     if (material%undrained%given .and. material%undrained%kind == undrained_c) law%stiffness_scale = &
       law%stiffness_scale*(1.0_wp + material%poisson)/(1.0_wp + undrained_ratio(material%undrained, material%poisson))
     call make_undrained(material%undrained, law, error)
   end subroutine make_material_law
 
-  !> Parameters of a material; in analysis of total stress the skeleton's shear modulus with nu_u.
+  !> Returns the parameters of a material; in total stress analysis with the shear modulus of the skeleton and nu_u.
   pure type(material_parameters_type) function parameters_of(material) result(parameters)
-    !> As described.
+    !> The material as defined in the deck.
     type(material_type), intent(in) :: material
 
     parameters = material_parameters_type(young=material%young, poisson=material%poisson, &
@@ -97,10 +97,10 @@ contains
     parameters%young = material%young*(1.0_wp + parameters%poisson)/(1.0_wp + material%poisson)
   end function parameters_of
 
-  !> Refuse cells in which a softening point would snap back without any confinement; with friction that falls,
-  !> confinement lowers the bound, which the law tells when it meets it.
+  !> Rejects cells in which a softening point would snap back without confinement. With decreasing friction,
+  !> confinement lowers the bound; the law reports this when it occurs.
   subroutine check_softening_cells(model, diagnostics)
-    !> The model with its points; its notes say where cells are too wide for a nonlocal strain.
+    !> The model with its points; notes are added where cells are too wide for a nonlocal strain.
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: m
@@ -112,10 +112,10 @@ contains
     end do
   end subroutine check_softening_cells
 
-  !> One softening material.
+  !> Checks a softening material.
   subroutine check_material(model, number, material, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Number of the material, and what was said of it.
+    !> Number of the material.
     integer, intent(in) :: number
     type(material_type), intent(in) :: material
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -151,11 +151,11 @@ contains
     end if
   end subroutine check_material
 
-  !> Say where cells are too wide for a nonlocal strain, at the start and on a grid that follows.
+  !> Adds notes where cells are too wide for a nonlocal strain, at the start and on a subsequent grid.
   subroutine note_wide_cells(model, softening, name, largest)
     type(model_type), intent(inout) :: model
     type(softening_model_type), intent(in) :: softening
-    !> Of the material, and its largest cell.
+    !> Name of the material; size of its largest cell.
     character(len=*), intent(in) :: name
     real(wp), intent(in) :: largest
     character(len=:), allocatable :: start
@@ -172,7 +172,7 @@ contains
     end associate
   end subroutine note_wide_cells
 
-  !> Check the profiles of all materials.
+  !> Checks the profiles of all materials.
   subroutine check_strength_profiles(model, diagnostics)
     !> The model with its points.
     type(model_type), intent(inout) :: model
@@ -184,7 +184,7 @@ contains
         if (is_by_place(profile) .and. .not. follows_stress(profile)) call check_strength_profile(model, m, diagnostics)
         if (.not. allocated(profile%fields)) cycle
         do i = 1, size(profile%fields)
-          ! The file of the one before it is told of already.
+          ! The file of an earlier field has been reported already.
           call tell_field(model, m, profile%fields(i), any([(profile%fields(k)%file == profile%fields(i)%file, &
             k=max(1, i - 1), i - 1)]))
         end do
@@ -192,7 +192,7 @@ contains
     end do
   end subroutine check_strength_profiles
 
-  !> One material.
+  !> Checks the profile of a material.
   subroutine check_strength_profile(model, number, diagnostics)
     type(model_type), intent(inout) :: model
     !> Number of the material.
@@ -230,7 +230,7 @@ contains
         return
       end if
       if (mean(1) > 0.0_wp) then
-        ! The mean stiffness scales stabilisation, in this law and in one that is made of the material later.
+        ! The mean stiffness scales the stabilisation, in this law and in laws created from the material later.
         value = material%young
         if (material%strength_profile%mean_young > 0.0_wp) value = material%strength_profile%mean_young
         material%strength_profile%mean_young = mean(2)/mean(1)
@@ -248,13 +248,13 @@ contains
     end associate
   end subroutine check_strength_profile
 
-  !> The range of a field over the points of a material, and those that lie far beyond its samples.
+  !> Reports the range of a field over the points of a material and the points far outside its samples.
   subroutine tell_field(model, number, field, is_told)
     type(model_type), intent(inout) :: model
     !> Number of the material.
     integer, intent(in) :: number
     type(value_field_type), intent(in) :: field
-    !> Its file was told of already.
+    !> Whether its file has been reported already.
     logical, intent(in) :: is_told
     real(wp) :: range(2), place(3), far(3), reach
     integer :: p, outside(2)
@@ -292,10 +292,10 @@ contains
     end associate
   end subroutine tell_field
 
-  !> The range of all processes, and where its lower end is.
+  !> Returns the range over all processes and the location of its lower end.
   subroutine take_range(team, range, place)
     type(team_type), intent(in) :: team
-    !> Of this process; then of all.
+    !> Range of this process on entry, of all processes on return.
     real(wp), intent(inout) :: range(2)
     real(wp), contiguous, intent(inout) :: place(:)
     real(wp) :: least

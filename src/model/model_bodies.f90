@@ -1,8 +1,7 @@
-!> Material points of a model: the bodies of the deck on the mesh.
+!> Material points of a model: generates the points of the bodies on the mesh.
 !>
-!> The processes of a team that shares the model count the points of as many cells each, share the cells by what all
-!> have counted, and lay those points that are in their box or ring, and those of bodies that are not there at the
-!> start.
+!> The processes of a team that shares the model each count the points of an equal number of cells, divide the cells by
+!> the counts of all processes, and generate the points in their box or ring and those of initially inactive bodies.
 module qsmpm_model_bodies
   use, intrinsic :: iso_fortran_env, only: real32
   use qsmpm_kinds, only: wp, long
@@ -43,24 +42,25 @@ module qsmpm_model_bodies
 
   public :: make_points, place_seeds, places_for, shape_of
 
-  !> Cells may be filled beyond one by rounding only; more means that bodies overlap, less that one ends inside.
+  !> Cells may be filled beyond one by rounding only; a higher value means that bodies overlap, a lower one that a body
+  !> ends in the cell.
   real(wp), parameter :: overfull = 1.0_wp + 1.0e-6_wp, cut = 1.0_wp - 1.0e-6_wp
 
-  !> Share of a body outside of the mesh that is worth a warning.
+  !> Fraction of a body outside the mesh above which a warning is issued.
   real(wp), parameter :: outside = 1.0e-3_wp
-  !> Cells that are counted at a time.
+  !> Number of cells counted at a time.
   integer, parameter :: chunk = 16384
 
-  !> Share of a cell that fits outlines by which it may miss a body that holds it.
+  !> Tolerance of a body-fitted cell, as a fraction of the cell, by which a body may miss the cell that contains it.
   real(wp), parameter :: moved = 0.4_wp
 
 contains
 
-  !> Points of all bodies.
+  !> Generates the points of all bodies.
   subroutine make_points(model, table, diagnostics)
-    !> Of a team that shares it, its part has team and ring.
+    !> In a team that shares the model, its part has team and ring.
     type(model_type), intent(inout) :: model
-    !> All points.
+    !> Number of points of all bodies in the cells.
     type(seed_table_type), intent(out) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     logical, allocatable :: readable(:)
@@ -82,12 +82,12 @@ contains
     call check_overlap(model, table, diagnostics)
   end subroutine make_points
 
-  !> Points of all bodies by their shapes, and the size of the cells that hold them.
+  !> Generates the points of all bodies from their shapes and finds the size of the cells that contain them.
   subroutine seed_bodies(model, readable, table, diagnostics)
     type(model_type), intent(inout) :: model
     !> Whether a body has a shape (bodies).
     logical, intent(in) :: readable(:)
-    !> All points.
+    !> Number of points of all bodies in the cells.
     type(seed_table_type), intent(out) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     type(seed_list_type) :: list
@@ -116,7 +116,8 @@ contains
     end do
   end subroutine seed_bodies
 
-  !> Seed a body, and count its points; one process keeps them all, several none yet, each of a part of the cells.
+  !> Generates and counts the points of a body; a single process stores all of them, several processes only count them,
+  !> each in a part of the cells.
   subroutine count_body(model, body, list, table, error)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -145,7 +146,7 @@ contains
     end associate
   end subroutine count_body
 
-  !> Seeds of a body in some cells, or in all.
+  !> Generates the seeds of a body in some cells, or in all.
   subroutine seed_cells(model, body, list, error, cells)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -158,8 +159,8 @@ contains
       list, error, cells)
   end subroutine seed_cells
 
-  !> Share the cells between the processes of a team by the points that are there at the start, and seed those in the
-  !> box and the ring of this one. Points of bodies that wait are known to all.
+  !> Divides the cells among the processes of a team by the initially active points, and generates the points in the
+  !> box and the ring of this process. Points of inactive bodies are stored by all processes.
   subroutine take_share(model, table, list, diagnostics)
     type(model_type), intent(inout) :: model
     type(seed_table_type), intent(in) :: table
@@ -175,7 +176,7 @@ contains
     associate (part => model%part, bodies => model%analysis%bodies)
       number = whole_cells(model, [(c, c=1, size(number))])
       held = pack([(c, c=1, size(number))], holds_any(table, bodies%active))
-      ! Every process has all of the table.
+      ! Every process has the complete table.
       call share_grid(alone, grid_of(model%analysis), number(held), [(sum(table%points(held(c), :), &
         mask=bodies%active), c=1, size(held))], part%team%ranks, boxes, short)
       if (short) then
@@ -193,7 +194,7 @@ contains
     end associate
   end subroutine take_share
 
-  !> Numbers of points by their places among all, and which of them are own.
+  !> Sets the global numbers of the points and marks the owned ones.
   subroutine mark_points(model, table, list)
     type(model_type), intent(inout) :: model
     type(seed_table_type), intent(in) :: table
@@ -207,7 +208,7 @@ contains
     end associate
   end subroutine mark_points
 
-  !> Seed the bodies anew without what of them is inside of rigid bodies in place, and note how much that is.
+  !> Generates the bodies again without the soil inside rigid bodies in place, and reports the removed soil.
   subroutine make_room(model, table, diagnostics)
     type(model_type), intent(inout) :: model
     type(seed_table_type), intent(out) :: table
@@ -232,7 +233,7 @@ contains
     end do
   end subroutine make_room
 
-  !> Sum over the points of a body, of all processes.
+  !> Returns the sum over the points of a body, of all processes.
   real(wp) function sum_of_body(model, values, body)
     type(model_type), intent(in) :: model
     !> (points)
@@ -243,9 +244,9 @@ contains
       own_of(model%part%points, model%state%points%count)))
   end function sum_of_body
 
-  !> Where the points of whole cells lie. In axisymmetry the volume of a point that sees the functions at
-  !> its place is that of its radius: only Gauss points integrate r grad N and N exactly (at the axis the
-  !> middles of equal pieces miss a uniform stress by 11 %).
+  !> Returns the arrangement of the points of full cells. In axisymmetry, if functions are evaluated at the point, its
+  !> volume is that at its radius: only Gauss points integrate r grad N and N exactly (at the axis, midpoints of equal
+  !> parts have an error of 11 % for a uniform stress).
   pure integer function places_for(model) result(places)
     type(model_type), intent(in) :: model
 
@@ -254,12 +255,12 @@ contains
     if (model%analysis%method%basis == basis_fem) places = seed_fem
   end function places_for
 
-  !> Note that a part of a body lies outside of the mesh.
+  !> Reports that a part of a body is outside the mesh.
   subroutine report_outside(model, shape, name, held)
     type(model_type), intent(inout) :: model
     type(body_shape_type), intent(in) :: shape
     character(len=*), intent(in) :: name
-    !> Volume of its material points, those of the scene where the model is a reduced one.
+    !> Volume of its material points; of the scene if the model is reduced.
     real(wp), intent(in) :: held
     real(wp) :: drawn, high, low, middle(3)
     character(len=12) :: share
@@ -285,7 +286,7 @@ contains
     model%notes = model%notes//' and is left out'//new_line('a')
   end subroutine report_outside
 
-  !> Material points from the seeds: unstressed, at their places.
+  !> Creates material points from the seeds: unstressed, at their initial locations.
   subroutine points_from_seeds(model, list)
     type(model_type), intent(inout) :: model
     type(seed_list_type), intent(in) :: list
@@ -314,11 +315,11 @@ contains
     end associate
   end subroutine points_from_seeds
 
-  !> Cells, local coordinates and positions of seeds.
+  !> Sets cells, local coordinates and positions from seeds.
   pure subroutine place_seeds(model, list, carried)
     type(model_type), intent(in) :: model
     type(seed_list_type), intent(in) :: list
-    !> What rides on the mesh.
+    !> Set of points located in the mesh.
     class(carried_type), intent(inout) :: carried
     integer :: i
 
@@ -330,11 +331,12 @@ contains
     carried%initial_position = carried%position
   end subroutine place_seeds
 
-  !> No cell may hold more than its volume at the start; where one holds less, not every method will do.
+  !> Checks that no cell contains more than its volume at the start; partly filled cells are not valid for every
+  !> method.
   subroutine check_overlap(model, table, diagnostics)
-    !> The model; gets a note.
+    !> The model, to which notes are added.
     type(model_type), intent(inout) :: model
-    !> All points, as they are drawn.
+    !> Number of points of all bodies in the cells, from the initial geometry.
     type(seed_table_type), intent(in) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: volumes(model%mesh%cell_count), held(model%mesh%cell_count)
@@ -357,11 +359,11 @@ contains
     end do
   end subroutine check_overlap
 
-  !> Which bodies overlap most, and where; empty where none do.
+  !> Returns which bodies overlap most, and where; empty if none overlap.
   pure function overlap_text(model, table, active, filled, when) result(text)
     type(model_type), intent(in) :: model
     type(seed_table_type), intent(in) :: table
-    !> Bodies that are there (bodies); what cells hold over their volumes (cells).
+    !> Whether each body is active (bodies); filled fraction of the cells (cells).
     logical, intent(in) :: active(:)
     real(wp), intent(in) :: filled(:)
     character(len=*), intent(in) :: when
@@ -386,8 +388,8 @@ contains
       'the smaller'
   end function overlap_text
 
-  !> Note that the points do not integrate the functions of cut cells: figures of a turned block under uniform pressure
-  !> (verification/cases/turned_block.toml).
+  !> Reports that the points do not integrate the functions of cut cells exactly; the figures are from a rotated block
+  !> under uniform pressure (verification/cases/turned_block.toml).
   subroutine report_inexact(model)
     type(model_type), intent(inout) :: model
     character(len=:), allocatable :: share
@@ -408,7 +410,7 @@ contains
       'INTEGRATION=CELL, TRI6 and WEDGE15 do (docs/methods/bodies.md)'//new_line('a')
   end subroutine report_inexact
 
-  !> Bounds of a body as the seeding wants them.
+  !> Returns the boundary of a body in the form required to generate points.
   type(body_shape_type) function shape_of(model, body, diagnostics) result(shape)
     type(model_type), intent(in) :: model
     type(body_type), intent(in) :: body
@@ -436,10 +438,10 @@ contains
     if (model%analysis%mesh%kind == mesh_fitted .and. model%analysis%method%basis == basis_fem) shape%slack = moved
   end function shape_of
 
-  !> The polyhedron of a body, from its file.
+  !> Reads the polyhedron of a body from its file.
   subroutine read_solid(body, shape, diagnostics)
     type(body_type), intent(in) :: body
-    !> Gains the polyhedron; one without facets when there is an error.
+    !> Receives the polyhedron, without facets after an error.
     type(body_shape_type), intent(inout) :: shape
     type(diagnostics_type), intent(inout) :: diagnostics
     type(error_type), allocatable :: error
@@ -458,7 +460,7 @@ contains
       call add_diagnostic(diagnostics, body%where, '*BODY', body%file//': '//problem)
     else
       call make_polyhedron(facets, shape%solid)
-      ! STL files are written in single precision, also those in ASCII.
+      ! STL files have single precision, including ASCII files.
       shape%uncertainty = epsilon(1.0_real32)*maxval(abs(facets))
     end if
   end subroutine read_solid

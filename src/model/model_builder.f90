@@ -1,7 +1,7 @@
-!> From the description of an analysis to a model: mesh, sets, laws, bodies, surfaces, histories.
+!> Builds a model from the description of an analysis: mesh, sets, laws, bodies, surfaces, histories.
 !>
-!> Every name is resolved here and every error names the place in the deck; several errors of one
-!> deck are reported together, one a line.
+!> All names are resolved here and every error names its location in the deck; several errors of a deck are reported
+!> together, one per line.
 module qsmpm_model_builder
   use qsmpm_body_loads, only: lay_body_loads
   use qsmpm_layer_warnings, only: gap_notes, check_bending, layer_notes
@@ -59,28 +59,29 @@ module qsmpm_model_builder
 
   public :: build_model, model_summary, is_divided_as_built
 
-  !> Share of the elastic tangent in the consistent one of a yielding soil: keeps the matrix regular at the apex and
-  !> costs no accuracy, but iterations where a mechanism has next to no other stiffness (docs/methods/limit_loads.md).
+  !> Fraction of the elastic tangent in the consistent tangent of yielding soil: it keeps the matrix regular at the
+  !> apex without loss of accuracy, but costs iterations where a mechanism has little other stiffness
+  !> (docs/methods/limit_loads.md).
   real(wp), parameter :: elastic_blend = 1.0e-5_wp
-  !> Cells from which a plate of nodes goes far.
+  !> Displacement of a plate of nodes, in cells, above which an alternative is suggested.
   real(wp), parameter :: far = 2.0_wp
-  !> Poisson's ratio above which a material is cured of locking unasked, and the default factors; those of clay and of
-  !> other soil where pressures last (docs/methods/uniform_pressure.md).
+  !> Poisson's ratio above which a material has a locking treatment by default, and the default factors; the last two
+  !> are those of clay and of other soil where pressures are retained (docs/methods/uniform_pressure.md).
   real(wp), parameter :: locking_poisson = 0.45_wp, usual_resistance = 0.5_wp, clay_resistance = 0.1_wp, &
     flow_resistance = 1.0_wp, clay_that_stays = 0.22_wp, soil_that_stays = 0.45_wp
 
 contains
 
-  !> Build the model of an analysis, or the part of it that a process of a team answers for, where it can be divided as
-  !> it is built; the whole where it cannot.
+  !> Builds the model of an analysis, or the part owned by a process of a team if the model can be divided while it is
+  !> built; otherwise the whole model.
   subroutine build_model(analysis, model, error, own, team)
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(out) :: model
-    !> error_deck with one error a line, each with file and line.
+    !> error_deck with one error per line, each with file and line.
     type(error_type), allocatable, intent(out) :: error
-    !> Laws of an embedding program, in the place of those of the deck where allocated (materials).
+    !> Laws of an embedding program, which replace those of the deck where allocated (materials).
     type(law_slot_type), intent(in), optional :: own(:)
-    !> Who shares the model; this process alone where it is not given.
+    !> Processes that share the model; by default this process alone.
     type(team_type), intent(in), optional :: team
     type(diagnostics_type) :: diagnostics
     type(seed_table_type) :: table
@@ -126,7 +127,7 @@ contains
     call settle_part(model)
   end subroutine build_model
 
-  !> Points of a model of several processes are divided as they are seeded, where that can be.
+  !> Divides the points of a model among several processes while they are generated, where possible.
   subroutine divide_as_built(model, team)
     type(model_type), intent(inout) :: model
     type(team_type), intent(in), optional :: team
@@ -137,8 +138,8 @@ contains
     model%part%ring = ring_of(model%analysis)
   end subroutine divide_as_built
 
-  !> Whether the points of a model can be divided as they are seeded: on grids, but for contact points on bodies, which
-  !> soil touches as it is drawn.
+  !> Returns whether the points of a model can be divided while they are generated: on grids, except with contact
+  !> points on rigid bodies, which depend on the initial soil geometry.
   pure logical function is_divided_as_built(analysis) result(is_so)
     type(analysis_type), intent(in) :: analysis
     integer :: i
@@ -149,7 +150,7 @@ contains
     is_so = is_so .and. all([(len(analysis%contacts(i)%surface) > 0, i=1, size(analysis%contacts))])
   end function is_divided_as_built
 
-  !> Defaults that depend on other choices, and what is to be said of them.
+  !> Sets defaults that depend on other choices and reports them.
   subroutine fill_defaults(model)
     type(model_type), intent(inout) :: model
 
@@ -170,7 +171,7 @@ contains
     if (.not. allocated(model%analysis%props)) allocate (model%analysis%props(0))
   end subroutine fill_defaults
 
-  !> One law a material.
+  !> Creates the law of each material.
   subroutine make_laws(model, diagnostics, own)
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -210,9 +211,9 @@ contains
     end do
   end subroutine make_laws
 
-  !> Laws must start their points with numbers.
+  !> Checks that the laws initialise their points with finite values.
   subroutine check_start(model, diagnostics)
-    !> The model, its points seeded.
+    !> The model with its points.
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: m, p
@@ -234,10 +235,10 @@ contains
     end do
   end subroutine check_start
 
-  !> Stress in the middle of the ground where the first phase starts with that of horizontal ground, else none: what a
-  !> model of the user's is asked for its stiffness at.
+  !> Returns the stress at mid-depth of the soil if the first phase starts with K0 stresses of horizontal ground,
+  !> otherwise zero: the stress at which the stiffness of a user model is evaluated.
   pure function usual_stress(model, material) result(stress)
-    !> The model, with its mesh.
+    !> The model with its mesh.
     type(model_type), intent(in) :: model
     type(material_type), intent(in) :: material
     real(wp) :: stress(6), depth, vertical, lowest
@@ -257,7 +258,7 @@ contains
     end associate
   end function usual_stress
 
-  !> Resolve the treatment of locking and tell the log which materials have one, and which may want one.
+  !> Chooses the locking treatment and reports which materials have one and which may need one.
   subroutine choose_locking_treatments(model)
     type(model_type), intent(inout) :: model
     type(law_description_type) :: traits
@@ -266,11 +267,12 @@ contains
 
     call settle_grid(model)
     smooth = all(model%analysis%method%basis /= [basis_standard, basis_fem])
-    ! Quadratic triangles that fit the ground lock least of all with one pressure a cell, linear or not.
+    ! Quadratic triangles that conform to the bodies lock least with one pressure per cell, linear or not.
     lowest = all(element_order(model%mesh%cell_kind) == 1)
     linear = (lowest .or. model%analysis%mesh%kind == mesh_fitted) .and. &
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
-    ! Beside a rigid body splines lock by more than one pressure a cell costs: strip footing +15 % without, +7 % with.
+    ! Next to a rigid body, locking of splines costs more than a uniform cell pressure: strip footing +15 % without, +7
+    ! % with.
     pressed = smooth .and. size(model%analysis%rigid_bodies) > 0
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
@@ -300,9 +302,9 @@ contains
     end do
   end subroutine choose_locking_treatments
 
-  !> Treatment of locking and size of the cells of the grid of splines that a fitted mesh gives way to. Soil of friction
-  !> that slides on splines without treatment stops short (docs/methods/fitted.md); under loads that grow it would find
-  !> no equilibrium with it.
+  !> Sets the locking treatment and cell size of the spline grid that replaces a body-fitted mesh. Frictional soil that
+  !> slides on splines stops too early without a treatment (docs/methods/fitted.md); under increasing loads no
+  !> equilibrium would be found with it.
   subroutine settle_grid(model)
     type(model_type), intent(inout) :: model
     real(wp) :: factor(size(model%laws), 2)
@@ -325,21 +327,22 @@ contains
     end associate
   end subroutine settle_grid
 
-  !> Width of the narrowest cell of an axis.
+  !> Returns the width of the narrowest cell of an axis.
   pure real(wp) function smallest(lines)
     real(wp), intent(in) :: lines(:)
 
     smallest = minval(lines(2:) - lines(:size(lines) - 1))
   end function smallest
 
-  !> Resistance to volume changes inside a cell over the shear modulus. Clay needs little where cells are not bilinear,
-  !> least where pressures of the points of a cell do not last from step to step (qsmpm_uniform_pressure). Clay that
-  !> cracks is as other soil: what opens keeps no volume, and cells of next to one pressure fall apart there. Other soil
-  !> that flows carries less than it should with half of it on splines.
+  !> Returns the ratio of the resistance to volume changes inside a cell to the shear modulus. Clay requires little
+  !> where cells are not bilinear, least where the pressures of the points of a cell are not retained from step to step
+  !> (qsmpm_uniform_pressure). Clay that cracks is treated as other soil: opening cracks do not preserve volume, and
+  !> cells with a nearly uniform pressure disintegrate there. Other yielding soil supports less than it should with
+  !> half of the resistance on splines.
   pure real(wp) function resistance_of(material, linear, bilinear, stays) result(factor)
     type(material_type), intent(in) :: material
-    !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground; of elements
-    !> alone; pressures last.
+    !> Whether displacements are linear in a cell, with or without a domain of the point, or cells conform to the
+    !> bodies; whether this is so for elements alone; whether pressures are retained.
     logical, intent(in) :: linear, bilinear, stays
     type(law_description_type) :: traits
 
@@ -354,27 +357,28 @@ contains
     end if
   end function resistance_of
 
-  !> Whether the strength of a point falls with what it alone has sheared: a resistance that falls with the flow lets
-  !> cells beside a band take part in it.
+  !> Returns whether the strength of a point decreases with its local shear strain: a resistance that decreases with
+  !> plastic flow lets cells next to a shear band take part in it.
   pure logical function softens_by_point(material)
     type(material_type), intent(in) :: material
 
     softens_by_point = material%softening%given .and. material%softening%regularisation /= regularise_nonlocal
   end function softens_by_point
 
-  !> Whether a material locks: it nearly keeps its volume in elasticity, or flows without friction; functions that are
-  !> linear in a cell lock in any flow of Mohr-Coulomb soil, whose dilatancy ties the volume as fast as none does.
+  !> Returns whether a material locks: it is nearly incompressible in elasticity or at failure. Functions that are
+  !> linear in a cell lock in any plastic flow of Mohr-Coulomb soil, since its dilatancy constrains the volume as
+  !> strictly as incompressibility does.
   pure logical function locks(traits, linear)
-    !> Of the material.
+    !> Properties of the material.
     type(law_description_type), intent(in) :: traits
-    !> Displacements are linear in a cell.
+    !> Whether displacements are linear in a cell.
     logical, intent(in) :: linear
 
     locks = traits%poisson > locking_poisson &
       .or. (linear .and. traits%failure_ties_volume) .or. traits%failure_keeps_volume
   end function locks
 
-  !> Fields of the state that start from what was built.
+  !> Initialises fields of the state from the model as built.
   subroutine finish(model)
     type(model_type), intent(inout) :: model
 
@@ -387,13 +391,13 @@ contains
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call allocate_watched(model%state%watched, model%mesh%dimension, 0)
     call start_domains(model)
-    ! A search for a factor of safety asks whether soil has flowed before it.
+    ! The search for a factor of safety checks whether soil has yielded before it.
     if (model%analysis%output%strains .or. any(model%analysis%phases%kind == phase_safety)) &
       call start_strains(model%state%points)
     if (has_pore_pressure(model)) call start_water(model%state%points)
     call lay_rigid_bodies(model)
     call lay_body_loads(model)
-    ! Coordinate of the plate's row, or of the body that the rows follow.
+    ! Coordinate of the row of the plate, or of the body that the rows follow.
     if (.not. model%analysis%moving_mesh%active) return
     if (model%analysis%moving_mesh%by_body) then
       associate (moving => model%analysis%moving_mesh)
@@ -408,7 +412,7 @@ contains
     end associate
   end subroutine finish
 
-  !> Undeformed domains; their deformation gradients are kept only where the space averages.
+  !> Sets the undeformed domains; deformation gradients are stored only where the space averages over domains.
   subroutine start_domains(model)
     type(model_type), intent(inout) :: model
     real(wp), allocatable :: gradient(:, :)
@@ -423,7 +427,7 @@ contains
     call move_alloc(gradient, model%state%points%deformation_gradient)
   end subroutine start_domains
 
-  !> A plate of nodes that goes far is told what a rigid body would do better.
+  !> Notes that a plate of nodes with a large displacement is better modelled as a rigid body.
   subroutine advise_plate(model)
     type(model_type), intent(inout) :: model
     real(wp) :: way
@@ -446,7 +450,7 @@ contains
     end associate
   end subroutine advise_plate
 
-  !> Totals for `qsmpm check`: mesh, points, sets, surfaces, and what each phase fixes and loads.
+  !> Returns the summary for `qsmpm check`: mesh, points, sets, surfaces, constraints and loads of each phase.
   subroutine model_summary(model, text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable, intent(out) :: text
@@ -482,7 +486,7 @@ contains
     text = text//model%notes
   end subroutine model_summary
 
-  !> Append a line.
+  !> Appends a line.
   pure subroutine add_line(text, line)
     character(len=:), allocatable, intent(inout) :: text
     character(len=*), intent(in) :: line

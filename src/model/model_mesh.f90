@@ -1,9 +1,9 @@
 !> The mesh of a model and the sets of the deck on it.
 !>
-!> Of a grid the part is made that the state names (`qsmpm_model_window`). A set may have
-!> no node there; it must have one in the whole grid, which is looked at when the model is built.
+!> Of a grid, only the part named by the state is generated (`qsmpm_model_window`). A set may have no node in it, but
+!> must have one in the whole grid, which is checked when the model is built.
 !>
-!> The space of displacements that *METHOD asks for.
+!> Also builds the space of displacements selected by *METHOD.
 module qsmpm_model_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -36,15 +36,15 @@ module qsmpm_model_mesh
 
   !> A block of grid nodes.
   type :: line_box_type
-    !> First and last line along each axis; 1 and 1 along z in the plane.
+    !> First and last line along each axis; 1 and 1 along z in plane models.
     integer :: low(3) = 1, high(3) = 1
-    !> The set has nodes, and all of the block.
+    !> Whether the set has nodes and includes all of the block.
     logical :: whole = .false.
   end type line_box_type
 
 contains
 
-  !> Generate or read the mesh, and build its tables.
+  !> Generates or reads the mesh and builds its tables.
   subroutine make_mesh(model, diagnostics)
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -77,7 +77,7 @@ contains
     end associate
   end subroutine make_mesh
 
-  !> Keyword a mesh comes from.
+  !> Returns the keyword that defines a mesh.
   pure function keyword_of(kind) result(keyword)
     !> Element kind.
     integer, intent(in) :: kind
@@ -93,7 +93,7 @@ contains
     end select
   end function keyword_of
 
-  !> The structured grid of an analysis; it respects the edges of polygonal bodies.
+  !> Returns the structured grid of an analysis, which respects the edges of polygonal bodies.
   pure type(grid_type) function grid_of(analysis) result(grid)
     type(analysis_type), intent(in) :: analysis
     integer :: i
@@ -113,8 +113,8 @@ contains
     end do
   end function grid_of
 
-  !> Nodes, elements and material points of a model as it was built: of one that was divided then, the mesh that one
-  !> process would look at, and the points of all.
+  !> Returns the numbers of nodes, elements and material points of a model as built; of a model divided while it was
+  !> built, the mesh of an undivided run and the points of all processes.
   pure function sizes_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -133,7 +133,7 @@ contains
     text = integer_text(nodes)//' nodes, '//integer_text(cells)//' elements, '//integer_text(points)//' material points'
   end function sizes_text
 
-  !> How much of its grid a model looks at; for models with a grid.
+  !> Returns which part of its grid a model covers; for models with a grid.
   pure function grid_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -145,9 +145,9 @@ contains
       ' cells, '//cells_text(cells, model%mesh%dimension)//' of them looked at'
   end function grid_text
 
-  !> Numbers of cells along the axes, as in `4 x 2`.
+  !> Returns the numbers of cells along the axes, as in `4 x 2`.
   pure function cells_text(cells, dimension) result(text)
-    !> Along each axis (3); 2 or 3.
+    !> Numbers of cells along each axis (3); 2 or 3.
     integer, intent(in) :: cells(3), dimension
     character(len=:), allocatable :: text
     integer :: a
@@ -158,9 +158,9 @@ contains
     end do
   end function cells_text
 
-  !> Append the edges of a polygon.
+  !> Appends the edges of a polygon.
   pure subroutine add_edges(body, segments)
-    !> Number of the body.
+    !> The body.
     type(body_type), intent(in) :: body
     real(wp), allocatable, intent(inout) :: segments(:, :)
     integer :: k, n
@@ -170,7 +170,7 @@ contains
       [4, size(segments, 2) + n])
   end subroutine add_edges
 
-  !> Sets of the deck, and the check that every set a phase names exists.
+  !> Creates the sets of the deck and checks that every set named by a phase exists.
   subroutine make_sets(model, diagnostics)
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -204,7 +204,7 @@ contains
     end associate
   end subroutine make_sets
 
-  !> A named node set must exist.
+  !> Checks that a named node set exists.
   subroutine require(model, name, where, keyword, diagnostics)
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
@@ -216,7 +216,7 @@ contains
       call add_diagnostic(diagnostics, where, keyword, "there is no node set '"//name//"' in the deck or the mesh")
   end subroutine require
 
-  !> One node set; labels must exist and a selector must find something, in the whole grid at least.
+  !> Creates a node set; labels must exist and a selector must find a node, at least in the whole grid.
   subroutine make_node_set(model, set, diagnostics)
     type(model_type), intent(inout) :: model
     type(set_type), intent(in) :: set
@@ -247,17 +247,17 @@ contains
     call add_set(model%mesh%node_sets, set%name, items)
   end subroutine make_node_set
 
-  !> True when a set has fewer nodes than it should.
+  !> Returns true if a set has fewer nodes than it should.
   pure logical function is_missing(set, found)
     type(set_type), intent(in) :: set
-    !> Nodes found.
+    !> Number of nodes found.
     integer, intent(in) :: found
 
     is_missing = found == 0
     if (set%selection == select_list) is_missing = is_missing .or. found < size(set%labels)
   end function is_missing
 
-  !> True when the mesh is not all of its grid.
+  !> Returns true if the mesh is only a part of its grid.
   pure logical function is_part(model)
     type(model_type), intent(in) :: model
 
@@ -265,7 +265,8 @@ contains
     if (is_part) is_part = .not. model%state%window == whole_window(grid_of(model%analysis))
   end function is_part
 
-  !> Where the nodes nearest to a plane lie; nothing of other sets, and of grids, whose lines the deck has.
+  !> Returns the location of the nodes nearest to a plane; empty for other sets and for grids, whose lines are in the
+  !> deck.
   pure function nearest_text(model, set) result(text)
     type(model_type), intent(in) :: model
     type(set_type), intent(in) :: set
@@ -279,7 +280,7 @@ contains
     end associate
   end function nearest_text
 
-  !> Warn of a plane that no side of a cell lies on: what is held there hangs on single nodes.
+  !> Warns of a plane without element sides on it: the constraint then acts on isolated nodes only.
   subroutine note_few_nodes(model, set, items)
     type(model_type), intent(inout) :: model
     type(set_type), intent(in) :: set
@@ -298,11 +299,11 @@ contains
       'ground boundary does not follow the plane, and constraints act on single nodes'//new_line('a')
   end subroutine note_few_nodes
 
-  !> Nodes of a mesh that a set of the deck chooses.
+  !> Finds the nodes of a mesh selected by a set of the deck.
   subroutine find_nodes(mesh, set, items)
     type(mesh_type), intent(in) :: mesh
     type(set_type), intent(in) :: set
-    !> Their numbers, rising.
+    !> Node numbers, ascending.
     integer, allocatable, intent(out) :: items(:)
     integer :: i
 
@@ -317,7 +318,7 @@ contains
     end select
   end subroutine find_nodes
 
-  !> One element set: labels, or the elements whose nodes all lie in a box.
+  !> Creates an element set: labels, or the elements with all nodes in a box.
   subroutine make_cell_set(model, set, diagnostics)
     type(model_type), intent(inout) :: model
     type(set_type), intent(in) :: set
@@ -338,11 +339,11 @@ contains
     call add_set(model%mesh%cell_sets, set%name, items)
   end subroutine make_cell_set
 
-  !> Cells of a mesh that a set of the deck chooses.
+  !> Finds the cells of a mesh selected by a set of the deck.
   subroutine find_cells(mesh, set, items)
     type(mesh_type), intent(in) :: mesh
     type(set_type), intent(in) :: set
-    !> Their numbers, rising.
+    !> Cell numbers, ascending.
     integer, allocatable, intent(out) :: items(:)
     integer, allocatable :: nodes(:)
     logical :: inside(mesh%node_count), chosen(mesh%cell_count)
@@ -363,7 +364,7 @@ contains
     allocate (items, source=pack([(c, c=1, mesh%cell_count)], chosen))
   end subroutine find_cells
 
-  !> Build the space; GIMP and splines need a grid of undisturbed quadrilaterals or bricks.
+  !> Builds the space; GIMP and splines require a regular grid of quadrilaterals or bricks.
   subroutine make_space(model, diagnostics)
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -397,15 +398,15 @@ contains
       call spline_space(model%mesh, cells_of(model%state%window), basis%degree, basis%averaged, constrained, &
         model%space, reduced_knots, model%state%window%first - 1)
     end associate
-    ! Splines without averages find their cut cells better by the domains of the points than by the points.
+    ! Splines without averaging detect cut cells better by the domains of the points than by the points.
     model%space%domains = model%space%averaged .or. model%analysis%method%integration == integrate_cells
   end subroutine make_space
 
-  !> Lines of the whole grid between which the nodes of a set lie.
+  !> Finds the lines of the whole grid that bound the nodes of a set.
   pure subroutine box_of_set(model, set, box)
     type(model_type), intent(in) :: model
     type(set_type), intent(in) :: set
-    !> Where it lies.
+    !> The block of the set.
     type(line_box_type), intent(out) :: box
     integer :: lines(3), at(3), a, i
     real(wp) :: near
@@ -435,14 +436,14 @@ contains
     box%whole = size(set%labels) == product(box%high - box%low + 1)
   end subroutine box_of_set
 
-  !> Reduced knots of the whole grid: where a constrained set begins or ends, and where layers of different
+  !> Finds the reduced knots of the whole grid: where a constrained set begins or ends, and where layers of different
   !> stiffness meet.
   pure subroutine find_reduced_knots(model, boxes, constrained, reduced_knots)
     type(model_type), intent(in) :: model
-    !> Where the sets lie, and which of them carry constraints (node sets).
+    !> Blocks of the sets, and which sets are constrained (node sets).
     type(line_box_type), intent(in) :: boxes(:)
     logical, intent(in) :: constrained(:)
-    !> Along each axis.
+    !> Reduced knots along each axis.
     type(reduced_knots_type), intent(out) :: reduced_knots(3)
     type(interface_type), allocatable :: interfaces(:)
     integer :: a, s
@@ -458,11 +459,11 @@ contains
     end do
   end subroutine find_reduced_knots
 
-  !> Node sets that some phase constrains or that are the plate of a moving mesh. Sets that are no box
-  !> have no control points: nothing may be asked of them.
+  !> Marks the node sets that a phase constrains or that are the plate of a moving mesh. Sets that are not a block have
+  !> no control points and cannot be constrained.
   subroutine mark_constrained(model, boxes, constrained, diagnostics)
     type(model_type), intent(in) :: model
-    !> Where the sets lie (node sets).
+    !> Blocks of the sets (node sets).
     type(line_box_type), intent(in) :: boxes(:)
     !> (node sets)
     logical, intent(out) :: constrained(:)
@@ -487,10 +488,10 @@ contains
 
   contains
 
-    !> Mark a set; one that is no box is named once.
+    !> Marks a set; a set that is not a block is reported once.
     subroutine constrain(name, where, keyword)
       character(len=*), intent(in) :: name
-      !> Where it is named, and the card.
+      !> Location and keyword where it is named.
       type(source_line_type), intent(in) :: where
       character(len=*), intent(in) :: keyword
       integer :: s
@@ -503,10 +504,10 @@ contains
     end subroutine constrain
   end subroutine mark_constrained
 
-  !> Sets whose reaction a history asks for are boxes; those that are constrained have been checked.
+  !> Checks that sets whose reaction is a history are blocks; constrained sets have been checked already.
   subroutine check_reactions(model, boxes, constrained, diagnostics)
     type(model_type), intent(in) :: model
-    !> Where the sets lie, and which of them carry constraints (node sets).
+    !> Blocks of the sets, and which sets are constrained (node sets).
     type(line_box_type), intent(in) :: boxes(:)
     logical, intent(in) :: constrained(:)
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -523,7 +524,7 @@ contains
     end do
   end subroutine check_reactions
 
-  !> Why a set cannot be constrained.
+  !> Returns the reason why a set cannot be constrained.
   pure function no_box(name) result(message)
     !> Name of the set.
     character(len=*), intent(in) :: name

@@ -1,15 +1,15 @@
-!> The part of the grid that a model looks at follows the material.
+!> The active window of a grid: the part that follows the material.
 !>
-!> The window is rebuilt when something that rides on the mesh comes too near to a side of it that is no side of the
-!> grid. Mesh, space, sets and constraints are then built for the new one; cells of points, reactions and what is kept
-!> at nodes are carried over, everything else of the state does not depend on the mesh. The state names its window: one
-!> that is restored or read from a file brings its own.
+!> The window is regenerated when a point located in the mesh comes too close to a side of it that is not a side of the
+!> grid. Mesh, space, sets and constraints are then built for the new window; cells of points, reactions and arrays
+!> stored at nodes are transferred, while all other data of the state are independent of the mesh. The state contains
+!> its window: a state that is restored or read from a file has its own.
 !>
-!> The part of a structured grid that a model starts with: the cells its bodies touch, and a margin.
+!> The first window consists of the cells touched by bodies and a margin.
 !>
-!> What a cell sees is its neighbours and the functions that reach into it: with splines of degree k those of k cells to
-!> either side. A margin of k + 1 cells, and never fewer than two, therefore leaves the equations those of the whole
-!> grid. A few cells more save laying the window anew with every step.
+!> A cell is affected by its neighbours and the functions that extend into it: with splines of degree k those of k
+!> cells on either side. With a margin of k + 1 cells, at least two, the equations are therefore those of the whole
+!> grid. A few additional cells avoid a new window in every step.
 module qsmpm_model_window
   use qsmpm_kinds, only: wp
   use qsmpm_mesh_description, only: mesh_grid, select_box, select_plane
@@ -44,7 +44,8 @@ module qsmpm_model_window
 
 contains
 
-  !> Lay the window anew when what rides on the mesh needs it. The positions are new, the cells may be old.
+  !> Regenerates the window when points located in the mesh require it. Positions are current; cells may be those
+  !> before the step.
   subroutine follow_material(model)
     type(model_type), intent(inout) :: model
     type(window_type) :: whole, needed, window
@@ -66,7 +67,7 @@ contains
     call move_window(model, window, pieces_of(grid))
   end subroutine follow_material
 
-  !> The window around what rides on a mesh that is no grid, and its usual margin.
+  !> Finds the window around the points located in a mesh that is not a grid, with its usual margin.
   subroutine window_of_material(model, window)
     type(model_type), intent(in) :: model
     type(window_type), intent(out) :: window
@@ -80,7 +81,7 @@ contains
     window = widen(window, usual_margin(model%analysis, window%last - window%first + 1), whole_window(grid))
   end subroutine window_of_material
 
-  !> Cells around all that rides on the mesh.
+  !> Adds the cells around all points located in the mesh.
   subroutine add_all(model, grid, needed, any_point)
     type(model_type), intent(in), target :: model
     type(grid_type), intent(in) :: grid
@@ -96,10 +97,10 @@ contains
     end do
   end subroutine add_all
 
-  !> Widen the window of a process of a team by the cells that its own places have moved to and those around them: what
-  !> lies beyond the window would be taken for lost, or for material at the wall of the mesh. It follows when the points
-  !> have gone to their processes (qsmpm_division), which are found by these cells. The positions are new, the cells may
-  !> be old.
+  !> Widens the window of a process of a team by the cells to which its owned points have moved and those around them;
+  !> points outside the window would be treated as lost, or as material at the boundary of the mesh. The regular update
+  !> follows when the points have been transferred to their processes (qsmpm_division), which are found by these cells.
+  !> Positions are current; cells may be those before the step.
   subroutine reach_own(model)
     type(model_type), intent(inout) :: model
     type(window_type) :: whole, needed, old
@@ -129,7 +130,7 @@ contains
 
   contains
 
-    !> Add the cells around own places of a set.
+    !> Adds the cells around the owned points of a set.
     subroutine add_own(carried, marks)
       class(carried_type), intent(in) :: carried
       logical, allocatable, intent(in) :: marks(:)
@@ -139,17 +140,17 @@ contains
     end subroutine add_own
   end subroutine reach_own
 
-  !> Add the cells around the places of what rides on the mesh.
+  !> Adds the cells around the points of a set.
   subroutine add_carried(model, grid, carried, needed, any_point, chosen)
     type(model_type), intent(in) :: model
     type(grid_type), intent(in) :: grid
-    !> What rides on the mesh.
+    !> Set of points located in the mesh.
     class(carried_type), intent(in) :: carried
-    !> The cells; set when there were none yet.
+    !> The window; initialised when there were no points before.
     type(window_type), intent(inout) :: needed
-    !> Whether there have been any.
+    !> Whether there have been any points.
     logical, intent(inout) :: any_point
-    !> Which of them; all when absent.
+    !> Mask of the points; all when absent.
     logical, intent(in), optional :: chosen(:)
     type(window_type) :: part
     logical :: mask(carried%count)
@@ -171,12 +172,12 @@ contains
     any_point = .true.
   end subroutine add_carried
 
-  !> Add the cells that the material points, surface points and tracers are still booked in.
+  !> Adds the cells that are still stored for material points, surface points and tracers.
   subroutine add_cells(model, pieces, needed)
     type(model_type), intent(in), target :: model
-    !> Mesh cells a brick is cut into.
+    !> Number of mesh cells per brick.
     integer, intent(in) :: pieces
-    !> The cells.
+    !> The window.
     type(window_type), intent(inout) :: needed
     type(carried_set_type) :: sets(9)
     integer :: i, p, at(3)
@@ -191,12 +192,12 @@ contains
     end do
   end subroutine add_cells
 
-  !> Go over to another window.
+  !> Changes to another window.
   subroutine move_window(model, window, pieces)
     type(model_type), intent(inout), target :: model
-    !> The new window; it holds all cells that are booked in.
+    !> The new window; it contains all cells that points refer to.
     type(window_type), intent(in) :: window
-    !> Mesh cells a brick is cut into.
+    !> Number of mesh cells per brick.
     integer, intent(in) :: pieces
     type(window_type) :: old
     type(carried_set_type) :: sets(9)
@@ -218,7 +219,8 @@ contains
     call refresh_space(model%space, model%mesh)
   end subroutine move_window
 
-  !> Build all for a window with the forces and what is kept at its nodes, but with the cells numbered as before.
+  !> Rebuilds mesh-dependent data for a window and transfers forces and arrays stored at nodes; cells of points keep
+  !> their previous numbers.
   subroutine lay_window(model, window)
     type(model_type), intent(inout) :: model
     type(window_type), intent(in) :: window
@@ -232,13 +234,13 @@ contains
     call carry_nodal(model, labels, reactions, released)
   end subroutine lay_window
 
-  !> Build mesh, sets, space and constraints for a window, the rows where they were at the start.
+  !> Builds mesh, sets, space and constraints for a window, with the rows at their initial positions.
   subroutine fit_window(model, window)
     type(model_type), intent(inout) :: model
     type(window_type), intent(in) :: window
     type(diagnostics_type) :: none
 
-    ! What was good for one part of the grid is good for another: there are no errors.
+    ! Data valid for one part of the grid are valid for any other: there are no errors.
     model%state%window = window
     call take_background(number_of(window), model)
     model%windows_built = model%windows_built + 1
@@ -252,8 +254,8 @@ contains
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
   end subroutine fit_window
 
-  !> Put a state back, with its window and the strength in force. Arrays of the material points stay where they are in
-  !> memory: embedding programs look at them.
+  !> Restores a state with its window and strength factor. Arrays of the material points keep their memory address,
+  !> since embedding programs have pointers to them.
   subroutine restore(state, model)
     type(state_type), intent(in) :: state
     type(model_type), intent(inout) :: model
@@ -267,7 +269,7 @@ contains
     call mark_own(model)
   end subroutine restore
 
-  !> Lay a window again that was there before, when it is another one.
+  !> Rebuilds a previous window if it differs from the current one.
   subroutine return_to_window(model, window)
     type(model_type), intent(inout) :: model
     type(window_type), intent(in) :: window
@@ -276,7 +278,7 @@ contains
     if (.not. model%state%window == window) call fit_window(model, window)
   end subroutine return_to_window
 
-  !> Mesh and space where the state says the nodes are.
+  !> Sets mesh and space to the node coordinates of the state.
   subroutine place_mesh(model)
     type(model_type), intent(inout) :: model
 
@@ -285,7 +287,7 @@ contains
     call refresh_space(model%space, model%mesh)
   end subroutine place_mesh
 
-  !> Ends of a moving mesh along its axis, of which all rows are there.
+  !> Finds the ends of a moving mesh along its axis, of which all rows are present.
   subroutine find_moving_bounds(model)
     type(model_type), intent(inout) :: model
     real(wp) :: bounds(model%mesh%dimension, 2)
@@ -296,7 +298,7 @@ contains
     model%mesh%bounds = bounds
   end subroutine find_moving_bounds
 
-  !> Labels of the nodes of the space.
+  !> Returns the labels of the nodes of the space.
   subroutine list_labels(model, labels)
     type(model_type), intent(in) :: model
     !> (nodes of the space)
@@ -306,11 +308,11 @@ contains
     labels = [(node_label(model%space, model%mesh, i), i=1, model%space%node_count)]
   end subroutine list_labels
 
-  !> Reactions and released forces of the nodes that both windows have.
+  !> Transfers reactions and released forces at nodes that both windows have.
   subroutine carry_nodal(model, labels, reactions, released)
-    !> The model, in its new window.
+    !> The model with its new window.
     type(model_type), intent(inout) :: model
-    !> Labels of the nodes of the former window, their reactions and released forces (dimension, nodes).
+    !> Labels of the nodes of the previous window, their reactions and released forces (dimension, nodes).
     integer, intent(in) :: labels(:)
     real(wp), intent(in) :: reactions(:, :), released(:, :)
     integer, allocatable :: new_labels(:), old_order(:), new_order(:)
@@ -334,10 +336,10 @@ contains
     call renumber_nodal(model%state%kept, source)
   end subroutine carry_nodal
 
-  !> Coordinates of the rows along the axis of a moving mesh (`row_of`).
+  !> Returns the coordinates of the rows along the axis of a moving mesh (`row_of`).
   subroutine rows_of(model, rows)
     type(model_type), intent(in) :: model
-    !> Where they are; 0 for rows without nodes.
+    !> Coordinates; 0 for rows without nodes.
     real(wp), allocatable, intent(out) :: rows(:)
     integer :: lines(3), i
 
@@ -350,10 +352,10 @@ contains
     end associate
   end subroutine rows_of
 
-  !> Move the rows of a mesh to where they are now.
+  !> Moves the rows of a mesh to their current positions.
   subroutine set_rows(model, rows)
     type(model_type), intent(inout) :: model
-    !> Where they are.
+    !> Coordinates of the rows.
     real(wp), intent(in) :: rows(:)
     integer :: lines(3), i
 
@@ -366,7 +368,7 @@ contains
     call find_moving_bounds(model)
   end subroutine set_rows
 
-  !> Lines of the whole grid along each axis; 1 along z in the plane.
+  !> Returns the number of lines of the whole grid along each axis; 1 along z in plane models.
   pure function line_counts(model) result(lines)
     type(model_type), intent(in) :: model
     integer :: lines(3), a
@@ -377,37 +379,37 @@ contains
     end do
   end function line_counts
 
-  !> True when the mesh may be a part of the grid.
+  !> Returns true if the mesh may be a part of the grid.
   pure logical function is_windowed(analysis)
     type(analysis_type), intent(in) :: analysis
 
     is_windowed = analysis%mesh%kind == mesh_grid .and. analysis%mesh%windowed
-    ! Shifted nodes do not follow the lines of a moving mesh.
+    ! Perturbed nodes do not follow the lines of a moving mesh.
     if (analysis%moving_mesh%active) is_windowed = is_windowed .and. .not. analysis%mesh%perturbation > 0.0_wp
   end function is_windowed
 
-  !> Cells that must be there on each side of the material.
+  !> Returns the minimum number of cells on each side of the material.
   pure integer function least_margin(analysis)
     type(analysis_type), intent(in) :: analysis
 
     least_margin = basis_list(analysis%method%basis)%margin
-    ! A shifted node may put a place into the next cell.
+    ! With a perturbed node, a location may be in the adjacent cell.
     if (analysis%mesh%perturbation > 0.0_wp) least_margin = least_margin + 1
   end function least_margin
 
-  !> Cells that a new window leaves on each side: two more than it must, or a tenth of the body.
+  !> Returns the number of cells of a new window on each side: two more than the minimum, or a tenth of the body.
   pure function usual_margin(analysis, extent) result(margin)
     type(analysis_type), intent(in) :: analysis
-    !> Cells of the body along each axis (3).
+    !> Number of cells of the body along each axis (3).
     integer, intent(in) :: extent(3)
     integer :: margin(3)
 
     margin = least_margin(analysis)
-    ! A carried mesh goes with the material.
+    ! An updated Lagrangian mesh moves with the material.
     if (analysis%method%basis /= basis_fem) margin = margin + max(2, extent/10)
   end function usual_margin
 
-  !> Window of the bodies of the deck; the whole grid where their extent is not known beforehand.
+  !> Returns the window of the bodies of the deck; the whole grid if their extent is not known in advance.
   subroutine first_window(analysis, grid, window)
     type(analysis_type), intent(in) :: analysis
     type(grid_type), intent(in) :: grid
@@ -434,9 +436,9 @@ contains
     if (analysis%moving_mesh%active) call take_plate(analysis, grid, whole, window)
   end subroutine first_window
 
-  !> Cells that a box touches.
+  !> Returns the cells touched by a box.
   pure type(window_type) function window_over(grid, whole, low, high) result(window)
-    !> The grid, and all of its cells.
+    !> The grid; all of its cells.
     type(grid_type), intent(in) :: grid
     type(window_type), intent(in) :: whole
     !> Corners of the box (3).
@@ -450,13 +452,13 @@ contains
     end do
   end function window_over
 
-  !> Box around a body, as far as the deck tells.
+  !> Finds the bounding box of a body, as far as the deck defines it.
   subroutine limits(analysis, body, low, high, known)
     type(analysis_type), intent(in) :: analysis
     type(body_type), intent(in) :: body
     !> Corners of the box (3).
     real(wp), intent(out) :: low(3), high(3)
-    !> False when the body has no bounds, or they are not known.
+    !> False when the body is unbounded or its bounds are not known.
     logical, intent(out) :: known
     type(error_type), allocatable :: error
     real(wp), allocatable :: facets(:, :, :)
@@ -490,10 +492,10 @@ contains
     end select
   end subroutine limits
 
-  !> The rows of a moving mesh are all there, and some of its plate.
+  !> Includes all rows of a moving mesh and a part of its plate.
   pure subroutine take_plate(analysis, grid, whole, window)
     type(analysis_type), intent(in) :: analysis
-    !> The grid, and all of its cells.
+    !> The grid; all of its cells.
     type(grid_type), intent(in) :: grid
     type(window_type), intent(in) :: whole
     type(window_type), intent(inout) :: window

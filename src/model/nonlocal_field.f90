@@ -1,5 +1,5 @@
-!> Nodal values of the nonlocal strain (qsmpm_nonlocal_strain) where they are lost with a mesh that is left: means of
-!> what the material points have of it, which the next step begins its iterations from.
+!> Recomputes nodal values of the nonlocal strain (qsmpm_nonlocal_strain) after a change of the mesh: means of the
+!> values at the material points, from which the iterations of the next step start.
 module qsmpm_nonlocal_field
   use qsmpm_kinds, only: wp
   use qsmpm_kept_arrays, only: is_kept, keep_values
@@ -15,7 +15,7 @@ module qsmpm_nonlocal_field
 
 contains
 
-  !> sum |N| V kbar / sum |N| V at every node, 0 where no point of a nonlocal law is near.
+  !> Computes sum |N| V kbar / sum |N| V at every node, 0 where no point of a nonlocal law is near.
   subroutine gather_field(model)
     type(model_type), intent(inout) :: model
     type(shape_values_type) :: place

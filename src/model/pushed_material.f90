@@ -1,14 +1,14 @@
-!> Whether the material in front of prescribed node sets follows them.
+!> Checks whether the material in front of prescribed node sets follows them.
 !>
-!> A fixed grid keeps its nodes where they are: a set that is pushed against material moves it away from the set, whose
-!> next step then acts on a cell that is less full. After half a cell the material follows by four fifths of the push
-!> and the reaction belongs to another problem. So places on the faces of a set, on the side of the material that it is
-!> pushed against, ride with the material; over all of them
+!> The nodes of a fixed grid do not move: a set that is pushed against material moves it away from the set, and the
+!> next step acts on a cell that is less full. After half a cell the material follows by only four fifths of the
+!> prescribed displacement and the reaction is that of another problem. Points on the faces of a set, on the side
+!> against which it is pushed, therefore move with the material; over all of them
 !>
 !>   lag = 1 - sum(displacement along the push)/sum(displacement prescribed)
 !>
-!> Only the component normal to the faces is watched, in compression: sets that shear or draw away lose nothing. A grid
-!> whose rows follow the set (*MOVING MESH) or the material (BASIS=FEM) needs no watch.
+!> Only the component normal to the faces is checked, in compression: sets that shear or pull away lose no contact. A
+!> grid whose rows follow the set (*MOVING MESH) or the material (BASIS=FEM) requires no check.
 module qsmpm_pushed_material
   use qsmpm_kinds, only: wp, long
   use qsmpm_named, only: place_named
@@ -31,16 +31,16 @@ module qsmpm_pushed_material
 
   public :: watch_sets, note_push, check_following, lag_of
 
-  !> Lag that is worth a warning, and that is refused.
+  !> Lag above which a warning is issued; lag above which an error is set.
   real(wp), parameter :: warned_from = 0.05_wp, refused = 0.2_wp
-  !> A face whose corners differ along an axis by less than this share of its size is normal to it.
+  !> A face is normal to an axis if its corners differ along that axis by less than this fraction of its size.
   real(wp), parameter :: flat = 1.0e-6_wp
   character(len=1), parameter :: axis_name(3) = ['X', 'Y', 'Z']
 
 contains
 
-  !> Watch the sets that the model's current phase pushes against material. Sets that go on in the direction of the
-  !> phase before keep the places they have.
+  !> Starts to watch the sets that are pushed against material in the current phase. Sets that continue in the
+  !> direction of the previous phase keep their points.
   subroutine watch_sets(model)
     type(model_type), intent(inout) :: model
     type(watched_points_type) :: before
@@ -72,7 +72,7 @@ contains
     call mark_own(model)
   end subroutine watch_sets
 
-  !> Cells of the places of a model that is divided as numbered in the whole grid: all processes know all places.
+  !> Numbers the cells of the points of a divided model in the whole grid, since all processes store all points.
   subroutine number_in_grid(model)
     type(model_type), intent(inout) :: model
 
@@ -83,7 +83,7 @@ contains
     end associate
   end subroutine number_in_grid
 
-  !> Whether the grid goes along with what is pushed along an axis.
+  !> Returns whether the grid follows prescribed displacements along an axis.
   pure logical function follows(model, axis)
     type(model_type), intent(in) :: model
     integer, intent(in) :: axis
@@ -92,7 +92,7 @@ contains
       (model%analysis%moving_mesh%active .and. model%analysis%moving_mesh%axis == axis)
   end function follows
 
-  !> Add places that are there.
+  !> Adds existing points.
   subroutine keep_places(from, chosen, watched)
     type(watched_points_type), intent(in) :: from
     !> (places)
@@ -106,10 +106,10 @@ contains
     end do
   end subroutine keep_places
 
-  !> Add the middles of the faces of a set that bound cells with material in front of them.
+  !> Adds the centres of the faces of a set that bound cells with material in front of them.
   subroutine add_faces(model, set, component, value, watched)
     type(model_type), intent(in) :: model
-    !> Node set, axis of the push and its direction.
+    !> Node set; axis and direction of the displacement.
     integer, intent(in) :: set, component
     real(wp), intent(in) :: value
     type(watched_points_type), intent(inout) :: watched
@@ -144,7 +144,8 @@ contains
     end do
   end subroutine add_faces
 
-  !> What each process of a team has found in its own cells, all get, in the order of the cells of the whole grid.
+  !> Exchanges the points found by the processes of a team in their own cells, in the order of the cells of the whole
+  !> grid.
   subroutine share_faces(model, found)
     type(model_type), intent(in) :: model
     type(watched_points_type), intent(inout) :: found
@@ -172,14 +173,14 @@ contains
     end do
   end subroutine share_faces
 
-  !> Whether a face is normal to an axis and its cell in front of it.
+  !> Returns whether a face is normal to an axis and its cell is in front of it.
   pure logical function is_pushed(mesh, cell, nodes, axis, value)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell
     !> Corners of the face.
     integer, intent(in) :: nodes(:)
     integer, intent(in) :: axis
-    !> Above 0 for a push along the axis, below against it.
+    !> Positive for a displacement along the axis, negative against it.
     real(wp), intent(in) :: value
     real(wp) :: extent(mesh%dimension), middle
 
@@ -190,13 +191,13 @@ contains
     is_pushed = extent(axis) <= flat*maxval(extent) .and. (middle - mesh%coordinates(axis, nodes(1)))*value > 0.0_wp
   end function is_pushed
 
-  !> Add one place.
+  !> Adds a point.
   subroutine add_place(watched, position, start, local, cell, set, component, pushed)
     type(watched_points_type), intent(inout) :: watched
-    !> Present and first position, local coordinates (dimension).
+    !> Current and initial position, local coordinates (dimension).
     real(wp), intent(in) :: position(:), start(:), local(:)
     integer, intent(in) :: cell, set, component
-    !> Displacement that has been prescribed so far.
+    !> Displacement prescribed so far.
     real(wp), intent(in) :: pushed
     integer :: n, d
 
@@ -213,11 +214,11 @@ contains
     watched%pushed = [watched%pushed, pushed]
   end subroutine add_place
 
-  !> Add what a step prescribes to what has been prescribed so far.
+  !> Adds the displacement prescribed in a step.
   subroutine note_push(mesh, phase, share, watched)
     type(mesh_type), intent(in) :: mesh
     type(phase_type), intent(in) :: phase
-    !> Load fraction of the phase that the step is long.
+    !> Load fraction of the step.
     real(wp), intent(in) :: share
     type(watched_points_type), intent(inout) :: watched
     integer :: i, s
@@ -229,7 +230,7 @@ contains
     end do
   end subroutine note_push
 
-  !> Lag of the material in front of the set of one watched place; 0 before it is pushed.
+  !> Returns the lag of the material in front of the set of a watched point; 0 before it is displaced.
   pure real(wp) function lag_of(watched, place) result(lag)
     type(watched_points_type), intent(in) :: watched
     integer, intent(in) :: place
@@ -244,11 +245,11 @@ contains
     end associate
   end function lag_of
 
-  !> Warn of material that does not follow, refuse what has lost its set.
+  !> Warns of material that lags behind its set; sets an error if the lag is too large.
   subroutine check_following(model, phase, warning, error)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
-    !> Sentence, empty when there is nothing to warn of.
+    !> Warning, empty if there is none.
     character(len=:), allocatable, intent(out) :: warning
     !> error_not_converged
     type(error_type), allocatable, intent(out) :: error

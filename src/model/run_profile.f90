@@ -1,8 +1,8 @@
-!> What a run did and how long it took: the stopwatch of its parts, and counts of the work done. It
-!> travels with the scratch of a step and changes no result.
+!> Profile of a run: the stopwatch of its parts and counts of the work done. It is stored with the workspace of a step
+!> and has no effect on results.
 !>
-!> A part of a step that ends early (a stress that cannot be updated, a singular matrix) has its time
-!> in the part, and what follows in the next turn; the counts are of work begun.
+!> The time of a part of a step that ends early (failed stress update, singular matrix) is counted in that part; counts
+!> are of work begun.
 module qsmpm_run_profile
   use qsmpm_kinds, only: wp, long
   use qsmpm_stopwatch, only: stopwatch_type
@@ -12,25 +12,25 @@ module qsmpm_run_profile
 
   public :: run_profile_type, count_evaluation, count_iteration, count_factorisation, count_sweeps
 
-  !> Time and work of a run, of all steps tried: accepted, rejected, holds and sub-steps.
+  !> Time and work of a run, of all attempted steps: accepted, rejected, constant-load tests and sub-steps.
   type :: run_profile_type
     type(stopwatch_type) :: watch
-    !> Steps accepted.
+    !> Accepted steps.
     integer(long) :: steps = 0
-    !> Newton iterations, that is corrections solved for.
+    !> Newton iterations, i.e. corrections solved for.
     integer(long) :: iterations = 0
     !> Evaluations of the internal force, and stresses updated in them.
     integer(long) :: evaluations = 0, stress_updates = 0
-    !> Material points times iterations.
+    !> Sum of material points over the iterations.
     integer(long) :: point_iterations = 0
     integer(long) :: factorisations = 0
-    !> Sweeps of iterated solutions, all and the most for one correction.
+    !> Sweeps of iterative solutions: total and maximum for one correction.
     integer(long) :: sweeps = 0, most_sweeps = 0
-    !> The largest system: equations, half bandwidth of the given order, entries of the matrix and of its factors.
+    !> Largest system: equations, half bandwidth in the given order, entries of the matrix and of its factors.
     integer(long) :: equations = 0, bandwidth = 0, matrix_entries = 0, factor_entries = 0
-    !> Material points and cells in use, at the most.
+    !> Maximum numbers of material points and active cells.
     integer(long) :: points = 0, active_cells = 0
-    !> Floating-point operations of all factorisations, 0 when the solver does not tell.
+    !> Floating-point operations of all factorisations, 0 if the solver does not report them.
     real(wp) :: factor_operations = 0.0_wp
     !> Name of the last linear solver, unallocated before the first.
     character(len=:), allocatable :: solver
@@ -38,30 +38,30 @@ module qsmpm_run_profile
 
 contains
 
-  !> An evaluation of the internal force begins.
+  !> Counts an evaluation of the internal force.
   pure subroutine count_evaluation(profile, stress_points)
     type(run_profile_type), intent(inout) :: profile
-    !> Points whose stress is updated.
+    !> Number of points whose stress is updated.
     integer, intent(in) :: stress_points
 
     profile%evaluations = profile%evaluations + 1
     profile%stress_updates = profile%stress_updates + stress_points
   end subroutine count_evaluation
 
-  !> A correction was solved for.
+  !> Counts a correction.
   pure subroutine count_iteration(profile, points)
     type(run_profile_type), intent(inout) :: profile
-    !> Material points of the model.
+    !> Number of material points of the model.
     integer, intent(in) :: points
 
     profile%iterations = profile%iterations + 1
     profile%point_iterations = profile%point_iterations + points
   end subroutine count_iteration
 
-  !> A matrix was factorised, or the attempt failed.
+  !> Counts a factorisation or an attempt.
   pure subroutine count_factorisation(profile, solver, matrix_entries)
     type(run_profile_type), intent(inout) :: profile
-    !> The solver that did it.
+    !> The solver used.
     class(linear_solver_type), intent(in) :: solver
     !> Numbers stored in the matrix.
     integer, intent(in) :: matrix_entries
@@ -73,7 +73,7 @@ contains
     profile%solver = solver%name
   end subroutine count_factorisation
 
-  !> A correction took sweeps.
+  !> Counts the sweeps of a correction.
   pure subroutine count_sweeps(profile, sweeps)
     type(run_profile_type), intent(inout) :: profile
     integer, intent(in) :: sweeps

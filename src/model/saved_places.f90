@@ -1,12 +1,12 @@
-!> What moves when a step is taken, to restore it when something is found to have left the mesh.
+!> Copies of the data that move in a step, restored when a point is found to have left the mesh.
 !>
-!> Stress, state, volume, deformation gradient, strains and pore pressures of the material points are updated last
-!> (`qsmpm_convection`, `qsmpm_pore_water`) and are not copied, nor is what the model is built with: a static step holds
-!> one copy of the large arrays, the state that `qsmpm_stepping` saves by assignment and `restore` of
-!> `qsmpm_model_window` brings back.
+!> Stress, state variables, volume, deformation gradient, strains and pore pressures of the material points are updated
+!> last (`qsmpm_convection`, `qsmpm_pore_water`) and are not copied, nor are the data from which the model is built. A
+!> static step therefore holds one copy of the large arrays: the state that `qsmpm_stepping` saves by assignment and
+!> `restore` of `qsmpm_model_window` restores.
 !>
-!> Whether the state that a step begins from can be computed with: a restart file, an embedding program or a law's start
-!> may have brought in what is not a number. What a step computes itself is looked at where it is born.
+!> Also checks the state at the start of a step: a restart file, an embedding program or the start of a law may have
+!> introduced values that are not finite. Values computed by a step are checked where they are computed.
 module qsmpm_saved_places
   use qsmpm_kinds, only: wp, long
   use qsmpm_model, only: model_type, rest_of_state_type, progress_type, carried_set_type, carried_sets
@@ -27,13 +27,13 @@ module qsmpm_saved_places
     !> Position and local coordinates of the material points (dimension, count), owner cells (count).
     real(wp), allocatable :: position(:, :), local(:, :)
     integer, allocatable :: cell(:)
-    !> Bodies that are not there, of which some ride, and the nodal values of fields among it.
+    !> Other data of the state: inactive bodies, some of which are located in the mesh, and nodal values of fields.
     type(rest_of_state_type) :: rest
   end type saved_places_type
 
 contains
 
-  !> Copy the present positions.
+  !> Copies the current positions.
   subroutine save_places(model, saved)
     type(model_type), intent(in) :: model
     type(saved_places_type), intent(out) :: saved
@@ -44,7 +44,7 @@ contains
     saved%rest = model%state%rest_of_state_type
   end subroutine save_places
 
-  !> Restore a copy.
+  !> Restores a copy.
   subroutine restore_places(saved, model)
     type(saved_places_type), intent(in) :: saved
     type(model_type), intent(inout) :: model
@@ -57,7 +57,7 @@ contains
     call place_mesh(model)
   end subroutine restore_places
 
-  !> Refuse a state with a number that cannot be computed with, on all processes alike; the first one is named.
+  !> Rejects a state with an unusable value, consistently on all processes; the first one is named.
   subroutine check_state(model, error)
     type(model_type), intent(in), target :: model
     !> error_other
@@ -83,7 +83,7 @@ contains
     call agree(model%part%team, error)
   end subroutine check_state
 
-  !> All fields of what rides on the mesh.
+  !> Checks all fields of a set of points.
   subroutine check_carried(carried, noun, error)
     class(carried_type), intent(in), target :: carried
     character(len=*), intent(in) :: noun
@@ -100,7 +100,7 @@ contains
     end do
   end subroutine check_carried
 
-  !> Where the analysis stands, and the plate of a moving mesh.
+  !> Checks the progress and the plate of a moving mesh.
   subroutine check_progress(plate, progress, error)
     real(wp), intent(in) :: plate
     type(progress_type), intent(in) :: progress
@@ -114,13 +114,13 @@ contains
       call fail(error, error_other, 'the steps so far have a work'//unusable)
   end subroutine check_progress
 
-  !> Numbers of points (numbers, points); nothing is done where there is an error already.
+  !> Checks values of points (components, points); does nothing if there is an error already.
   subroutine check(values, name, noun, error, numbers)
     real(wp), intent(in) :: values(:, :)
-    !> What they are and of what.
+    !> Names of the quantity and of an item.
     character(len=*), intent(in) :: name, noun
     type(error_type), allocatable, intent(inout) :: error
-    !> Numbers of the points, where they have some of their own.
+    !> Global numbers of the points, if any.
     integer(long), intent(in), optional :: numbers(:)
     integer(long) :: number
     integer :: i

@@ -1,6 +1,6 @@
-!> A mesh that goes with the ground is worn where the ground has sheared its cells: the run goes over to the grid of its
-!> lines, which is reset after every step. State lives on material points, so that only their cells, the loads in force
-!> and what is counted at nodes are found anew.
+!> Transfer from a mesh that moves with the material to the background grid. When cells are too distorted by shear, the
+!> run continues on the grid with the same lines, which is reset after every step. The state is stored at material
+!> points, so that only their cells, the loads in force and the quantities at nodes are determined again.
 module qsmpm_worn_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_background_in_use, only: is_at_start, take_background
@@ -20,15 +20,16 @@ module qsmpm_worn_mesh
 
   public :: may_leave_mesh, is_worn, has_no_room, leave_mesh
 
-  !> Least quality of a triangle, 1 where its sides are alike and 0.15 for an angle of 5 degrees.
+  !> Minimum quality of a triangle; 1 for equal sides, 0.15 for an angle of 5 degrees.
   real(wp), parameter :: least_quality = 0.15_wp
-  !> Share of what a triangle was as drawn, below which it is worn: where a layer pinches out it is flat anyway.
+  !> Ratio to the initial quality below which a triangle is too distorted: where a layer pinches out it is flat from
+  !> the start.
   real(wp), parameter :: worn_share = 0.5_wp
 
 contains
 
-  !> Whether the mesh is that of the start and may be left: what a freed fixity has carried still falls to zero at its
-  !> nodes.
+  !> Returns whether the mesh is the initial one and can be left: the reactions of released fixities still decrease to
+  !> zero at its nodes.
   pure logical function may_leave_mesh(model) result(may)
     type(model_type), intent(in) :: model
 
@@ -36,7 +37,7 @@ contains
     if (may .and. model%state%progress%fraction < 1.0_wp) may = .not. any(abs(model%state%released) > 0.0_wp)
   end function may_leave_mesh
 
-  !> Whether such a mesh is worn.
+  !> Returns whether such a mesh is too distorted.
   logical function is_worn(model)
     type(model_type), intent(in) :: model
     logical :: holds_soil(model%mesh%cell_count)
@@ -55,7 +56,7 @@ contains
     end do
   end function is_worn
 
-  !> Whether a body that comes finds no room in its cells, and they may be left.
+  !> Returns whether an activated body does not fit in its cells and the mesh can be left.
   logical function has_no_room(model)
     type(model_type), intent(in) :: model
 
@@ -63,7 +64,8 @@ contains
     if (may_leave_mesh(model)) has_no_room = .not. bodies_fit(model)
   end function has_no_room
 
-  !> Least determinant of the map of a triangle over the squares of its sides, 1 where they are alike and straight.
+  !> Returns the least determinant of the map of a triangle relative to the squares of its sides, 1 for equal straight
+  !> sides.
   real(wp) function quality(mesh, coordinates, cell)
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: coordinates(:, :)
@@ -75,12 +77,12 @@ contains
     end associate
   end function quality
 
-  !> Go over to the grid.
+  !> Transfers the model to the grid.
   subroutine leave_mesh(model, note, error)
     type(model_type), intent(inout), target :: model
-    !> For the log.
+    !> Message for the log.
     character(len=:), allocatable, intent(out) :: note
-    !> A place that lies outside of the grid.
+    !> Set when a point is outside the grid.
     type(error_type), allocatable, intent(out) :: error
     type(window_type) :: window
     type(carried_set_type) :: sets(9)

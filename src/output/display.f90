@@ -1,7 +1,7 @@
-!> What the user sees of a run: on a terminal one line that is refreshed, elsewhere plain lines,
-!> every step of a short run and a bounded number of lines of a long one.
+!> Display of the progress of a run: on a terminal one line that is refreshed, otherwise plain lines: every step of a
+!> short run, a limited number of lines for a long one.
 !>
-!> Warnings of a run, a line each, to be said again at its end.
+!> Also collects the warnings of a run, one per line, for repetition at its end.
 module qsmpm_display
   use qsmpm_kinds, only: wp
   use qsmpm_stopwatch, only: clock_type, start_clock, wall_seconds
@@ -17,35 +17,35 @@ module qsmpm_display
   public :: display_type, start_display, show_step, show_text, show_result, end_display, step_text, keep_warnings, &
     repeated_warnings
 
-  !> How a run shows itself: not at all, by lines, by a line that is refreshed, by its warnings and results alone.
+  !> Kinds of display: none, plain lines, a refreshed line, warnings and results only.
   integer, parameter, public :: display_none = 0, display_plain = 1, display_terminal = 2, display_quiet = 3
 
-  !> Share of the run after which a plain line is due, and seconds; for long runs the seconds grow
-  !> with the time gone, so that a day's run has a few hundred lines.
+  !> Completed fraction and seconds after which a plain line is due; for long runs the interval in seconds grows with
+  !> the elapsed time, so that a run of a day has a few hundred lines.
   real(wp), parameter :: share_between_lines = 0.01_wp, seconds_between_lines = 1.0_wp
   real(wp), parameter :: growth_of_seconds = 0.01_wp
-  !> Seconds between two refreshments of a terminal's line.
+  !> Interval between updates of a terminal line in seconds.
   real(wp), parameter :: seconds_between_refreshments = 0.1_wp
 
   integer, parameter :: standard_output = 1, error_output = 2
-  !> Back to the start of the line and clear it.
+  !> Escape sequence that clears the line.
   character(len=*), parameter :: clear_line = achar(13)//achar(27)//'[K'
 
-  !> What is shown, and when it was.
+  !> State of the display.
   type :: display_type
     integer :: kind = display_none
     type(clock_type) :: clock
-    !> Share of the run done at the start and at the last line, and when that was [s].
+    !> Completed fraction of the run at the start and at the last line, with the times [s].
     real(wp) :: start_share = 0.0_wp
     real(wp) :: last_share = -1.0_wp
     real(wp) :: last_time = 0.0_wp
-    !> Whether a refreshed line stands on the terminal.
+    !> Whether a refreshed line is on the terminal.
     logical :: line_stands = .false.
   end type display_type
 
 contains
 
-  !> Begin to show a run.
+  !> Starts the display of a run.
   subroutine start_display(display, kind, model)
     type(display_type), intent(out) :: display
     !> One of the display_* values.
@@ -57,7 +57,7 @@ contains
     display%start_share = share_done(model)
   end subroutine start_display
 
-  !> Show an accepted step, if it is time to.
+  !> Displays an accepted step if a line is due.
   subroutine show_step(display, model, record)
     type(display_type), intent(inout) :: display
     type(model_type), intent(in) :: model
@@ -72,7 +72,7 @@ contains
     if (.not. is_due(display, seconds, share)) return
     display%last_time = seconds
     display%last_share = share
-    ! Time left, from the share done since the start.
+    ! Remaining time, from the progress since the start.
     if (share - display%start_share <= 0.0_wp) then
       text = 'remaining time unknown'
     else
@@ -80,7 +80,7 @@ contains
     end if
     line = step_text(model, record)//', '//text
     if (display%kind == display_terminal) then
-      ! As much of a line as the terminal is wide: a longer one could not be refreshed.
+      ! Truncated to the width of the terminal: a longer line could not be refreshed.
       part = line
       width = terminal_width(standard_output) - 1
       if (width > 0 .and. width < len(line)) part = line(:width)
@@ -91,10 +91,10 @@ contains
     end if
   end subroutine show_step
 
-  !> Show sentences on lines of their own; to those who want it quiet the warnings among them, as errors.
+  !> Displays messages on separate lines; in quiet mode only warnings, on the error output.
   subroutine show_text(display, text)
     type(display_type), intent(inout) :: display
-    !> A sentence a line.
+    !> Messages, one per line.
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: warnings
 
@@ -106,10 +106,10 @@ contains
     end if
   end subroutine show_text
 
-  !> Show a result on a line of its own.
+  !> Displays a result on a separate line.
   subroutine show_result(display, text)
     type(display_type), intent(inout) :: display
-    !> The sentence.
+    !> The result.
     character(len=*), intent(in) :: text
 
     if (display%kind == display_none) return
@@ -118,7 +118,7 @@ contains
     call write_descriptor(standard_output, text//newline)
   end subroutine show_result
 
-  !> Leave the last line where it stands.
+  !> Ends the display after the last line.
   subroutine end_display(display)
     type(display_type), intent(inout) :: display
 
@@ -126,10 +126,10 @@ contains
     display%line_stands = .false.
   end subroutine end_display
 
-  !> Whether a step is to be shown.
+  !> Returns whether a step is to be displayed.
   pure logical function is_due(display, seconds, share)
     type(display_type), intent(in) :: display
-    !> Time gone [s]; share of the run done.
+    !> Elapsed time [s]; completed fraction of the run.
     real(wp), intent(in) :: seconds, share
     real(wp) :: pause
 
@@ -144,7 +144,7 @@ contains
     end if
   end function is_due
 
-  !> Share of all phases done.
+  !> Returns the completed fraction of all phases.
   pure real(wp) function share_done(model)
     type(model_type), intent(in) :: model
     integer :: phases
@@ -154,7 +154,7 @@ contains
     share_done = (real(model%state%progress%phase - 1, wp) + model%state%progress%fraction) /real(phases, wp)
   end function share_done
 
-  !> A step in a line.
+  !> Returns the line of a step.
   pure function step_text(model, record) result(text)
     type(model_type), intent(in) :: model
     type(step_record_type), intent(in) :: record
@@ -171,7 +171,7 @@ contains
     end associate
   end function step_text
 
-  !> The present phase.
+  !> Returns the text of the current phase.
   pure function phase_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -186,10 +186,10 @@ contains
     text = text//' '//model%analysis%phases(phase)%name
   end function phase_text
 
-  !> Keep the lines of a text that are warnings, each once.
+  !> Appends the warnings in a text that are not in the list yet.
   pure subroutine keep_warnings(text, warnings)
     character(len=*), intent(in) :: text
-    !> A line each.
+    !> Warnings, one per line.
     character(len=:), allocatable, intent(inout) :: warnings
     integer :: start, last
 
@@ -205,7 +205,7 @@ contains
     end do
   end subroutine keep_warnings
 
-  !> How many there are, and what they say; empty for none.
+  !> Returns the number of warnings and their texts; empty for none.
   pure function repeated_warnings(warnings) result(text)
     character(len=:), allocatable, intent(in) :: warnings
     character(len=:), allocatable :: text

@@ -1,6 +1,6 @@
-!> What a run says of the error of its stresses: one line always, and a warning where the estimate
-!> (`qsmpm_stress_error`) is beyond limits that sound runs stay below. docs/methods/stress_error.md has the
-!> figures the limits are taken from.
+!> Report of the stress error of a run: one line for every run, and a warning if the estimate (`qsmpm_stress_error`)
+!> exceeds limits that valid runs satisfy. docs/methods/stress_error.md has the figures from which the limits are
+!> taken.
 module qsmpm_error_report
   use qsmpm_kinds, only: wp
   use qsmpm_method_description, only: basis_standard, basis_fem, basis_gimp, integrate_points
@@ -15,15 +15,15 @@ module qsmpm_error_report
 
   public :: error_line, error_warning
 
-  !> Limits of the mean scatter and of the mean mismatch at a loaded surface, as shares.
+  !> Limits of the mean scatter and of the mean mismatch at a loaded surface, as fractions.
   real(wp), parameter, public :: most_scatter = 0.13_wp, most_mismatch = 0.25_wp
 
 contains
 
-  !> The line of every run.
+  !> Returns the line that every run has.
   pure function error_line(model, estimate) result(text)
     type(model_type), intent(in) :: model
-    !> The error of its stresses.
+    !> Estimated error of the stresses.
     type(stress_error_type), intent(in) :: estimate
     character(len=:), allocatable :: text
 
@@ -35,10 +35,10 @@ contains
       model%analysis%surfaces(estimate%worst_held)%name//"' by "//percent(estimate%reaction)
   end function error_line
 
-  !> What is to be said against the stresses; empty when nothing.
+  !> Returns a warning about the stresses; empty if there is none.
   subroutine error_warning(model, estimate, text)
     type(model_type), intent(in) :: model
-    !> The error of its stresses.
+    !> Estimated error of the stresses.
     type(stress_error_type), intent(in) :: estimate
     !> One line.
     character(len=:), allocatable, intent(out) :: text
@@ -53,7 +53,7 @@ contains
     if (len(text) > 0) text = 'warning: '//text//': '//advice(model)
   end subroutine error_warning
 
-  !> Where the scatter is largest, and what it is relative to.
+  !> Returns the location of the largest scatter and its reference value.
   pure function worst_point_text(model, estimate) result(text)
     type(model_type), intent(in) :: model
     type(stress_error_type), intent(in) :: estimate
@@ -64,7 +64,8 @@ contains
       rounded_text(estimate%worst_scale, 3)//' around it'
   end function worst_point_text
 
-  !> The surface where stress and traction differ most, by how much, and where on all surfaces they differ most.
+  !> Returns the surface with the largest difference between stress and traction, its value, and its location on all
+  !> surfaces.
   pure function worst_surface_text(model, estimate) result(text)
     type(model_type), intent(in) :: model
     type(stress_error_type), intent(in) :: estimate
@@ -75,7 +76,7 @@ contains
       rounded_place(estimate%surface_place(:model%mesh%dimension))
   end function worst_surface_text
 
-  !> What to do about it.
+  !> Returns the recommended action.
   pure function advice(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -102,7 +103,7 @@ contains
     end associate
   end function advice
 
-  !> A share in per cent.
+  !> Returns a fraction as a percentage.
   pure function percent(share) result(text)
     real(wp), intent(in) :: share
     character(len=:), allocatable :: text

@@ -1,9 +1,9 @@
-!> What results and pictures show of a state: the fields that the material points carry or that are made from them
-!> (qsmpm_field_list), their load, the error of their stress and the state variables of their laws; and what is in the
-!> cells of the mesh. Vectors are written with three components, symmetric tensors with six (11, 22, 33, 12, 13, 23),
-!> zeros where the plane has none.
+!> The fields of a state for results and pictures: fields stored at the material points or derived from them
+!> (qsmpm_field_list), their load, the stress error and the state variables of the laws; and quantities of the cells of
+!> the mesh. Vectors are written with three components, symmetric tensors with six (11, 22, 33, 12, 13, 23); components
+!> that a plane model does not have are zero.
 !>
-!> The fields of the material points as a table: what pictures, results and named values call them.
+!> Also prints the table of the fields of the material points with their names in pictures, results and named values.
 module qsmpm_fields
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -24,17 +24,17 @@ module qsmpm_fields
 
   public :: padded, list_results, phase_time, cell_fill, cell_point_count, state_name, state_values, fields_markdown
 
-  !> Where a field is shown, by the shown_* values from 1.
+  !> Where a field is available, by the shown_* values from 1.
   character(len=*), parameter :: shown_names(3) = [character(len=25) :: 'values', 'pictures, results', &
     'pictures, results, values']
 
 contains
 
-  !> The components with zeros behind them.
+  !> Appends zero components.
   pure subroutine padded(values, components, full)
     !> (given components, n)
     real(wp), intent(in) :: values(:, :)
-    !> Components wanted.
+    !> Required number of components.
     integer, intent(in) :: components
     !> (components, n)
     real(wp), allocatable, intent(out) :: full(:, :)
@@ -43,10 +43,10 @@ contains
     full(:size(values, 1), :) = values
   end subroutine padded
 
-  !> All fields of the material points; the list is good as long as the model stays as it is.
+  !> Lists all fields of the material points; valid while the model is unchanged.
   subroutine list_results(model, estimate, list)
     type(model_type), intent(in), target :: model
-    !> Estimated error of its stresses.
+    !> Estimated error of the stresses.
     type(stress_error_type), intent(in) :: estimate
     type(field_list_type), intent(inout) :: list
     real(wp), allocatable :: values(:, :)
@@ -72,7 +72,7 @@ contains
     end do
   end subroutine list_results
 
-  !> Head and flow of the water at the points, where it flows at the end of the phase.
+  !> Lists head and flow of the water at the points, if there is seepage at the end of the phase.
   subroutine list_flow(model, list)
     type(model_type), intent(in) :: model
     type(field_list_type), intent(inout) :: list
@@ -96,8 +96,8 @@ contains
       'of area and of the time of *PERMEABILITY, at the end of the phase')
   end subroutine list_flow
 
-  !> External force on the material points as the load stands: weight, and traction where material
-  !> points carry it.
+  !> Returns the external force on the material points at the current load: weight, and traction carried by material
+  !> points.
   pure subroutine point_load(model, load)
     type(model_type), intent(in) :: model
     !> (3, points)
@@ -125,7 +125,8 @@ contains
     end associate
   end subroutine point_load
 
-  !> Name of a state variable, counted over all laws that name theirs and each name once; empty behind the last.
+  !> Returns the name of a state variable, numbered over all laws with named variables, each name once; empty beyond
+  !> the last one.
   pure function state_name(model, number) result(name)
     type(model_type), intent(in) :: model
     !> Number of the variable.
@@ -146,10 +147,10 @@ contains
     end do
   end function state_name
 
-  !> Whether a law before has a state variable of that name, or it has none.
+  !> Returns whether an earlier law has a state variable of this name, or the name is empty.
   pure logical function known(model, last, name)
     type(model_type), intent(in) :: model
-    !> The law whose predecessors are looked at.
+    !> Number of the law whose predecessors are checked.
     integer, intent(in) :: last
     character(len=*), intent(in) :: name
     integer :: m
@@ -157,7 +158,7 @@ contains
     known = len(name) == 0 .or. any([(model%laws(m)%law%state_place(name) > 0, m=1, last - 1)])
   end function known
 
-  !> A state variable at the material points, 0 at those whose law does not have it.
+  !> Returns a state variable at the material points, 0 where the law does not have it.
   subroutine state_values(model, name, values)
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
@@ -175,14 +176,14 @@ contains
     end associate
   end subroutine state_values
 
-  !> Time of a picture: phases done and the share of the present one, never falling.
+  !> Returns the time of a picture: completed phases plus the load fraction of the current one, never decreasing.
   pure real(wp) function phase_time(model)
     type(model_type), intent(in) :: model
 
     phase_time = real(model%state%progress%phase - 1, wp) + model%state%progress%fraction
   end function phase_time
 
-  !> Material points each cell owns.
+  !> Returns the number of material points in each cell.
   pure subroutine cell_point_count(model, count)
     type(model_type), intent(in) :: model
     !> (cells)
@@ -196,7 +197,7 @@ contains
     end do
   end subroutine cell_point_count
 
-  !> Volume of the points of a cell over the volume of the cell.
+  !> Returns the ratio of the volume of the points in a cell to the volume of the cell.
   subroutine cell_fill(model, fill)
     type(model_type), intent(in) :: model
     !> (1, cells)
@@ -220,7 +221,7 @@ contains
       c = model%state%points%cell(i)
       fill(1, c) = fill(1, c) + model%state%points%volume(i)
     end do
-    ! A cell that a carried mesh has turned inside out has no fill.
+    ! An inverted cell of a mesh that moves with the material has no filling ratio.
     where (volumes > 0.0_wp)
       fill(1, :) = fill(1, :)/volumes
     elsewhere
@@ -228,7 +229,7 @@ contains
     end where
   end subroutine cell_fill
 
-  !> All fields that are shown, a row each, in Markdown.
+  !> Returns all available fields as a table in Markdown.
   subroutine fields_markdown(text)
     character(len=:), allocatable, intent(out) :: text
     type(model_type), target :: none
@@ -245,7 +246,7 @@ contains
     end do
   end subroutine fields_markdown
 
-  !> Row of a field.
+  !> Returns the table row of a field.
   pure function row_of(field) result(row)
     type(field_type), intent(in) :: field
     character(len=:), allocatable :: row, components, places

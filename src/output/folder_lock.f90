@@ -1,7 +1,8 @@
-!> One run at a time writes into a folder: `run.lock` in it is locked until the run ends, however it ends, so that a run
-!> that was killed leaves a file but no lock.
+!> Exclusive access of one run to a folder: `run.lock` in it is locked until the run ends in any way; a killed run
+!> therefore leaves the file but not the lock.
 !>
-!> What an earlier run has left in a directory: numbered pictures and results, and the files of the recorder.
+!> Also removes the files of an earlier run from the folder: numbered pictures and results, and the files of the
+!> recorder.
 module qsmpm_folder_lock
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_number_text, only: integer_text
@@ -14,37 +15,37 @@ module qsmpm_folder_lock
 
   public :: folder_lock_type, lock_folder, unlock_folder, make_folder, make_place
 
-  !> A folder that other runs keep out of.
+  !> A folder locked against other runs.
   type :: folder_lock_type
     private
     character(len=:), allocatable :: path
-    !> Of the locked file, negative when it is not.
+    !> Descriptor of the locked file, negative if there is none.
     integer :: descriptor = -1
   end type folder_lock_type
 
   integer, parameter :: has_failed = -1
 
-  !> Heads of the names of pictures.
+  !> Beginnings of the names of pictures.
   character(len=*), parameter :: pictures(4) = [character(len=len(mechanism_points)) :: 'points_', 'mesh_', &
     mechanism_points, mechanism_mesh]
 
 contains
 
-  !> Make a folder where there is none.
+  !> Creates a folder if it does not exist.
   subroutine make_folder(directory, error)
     character(len=*), intent(in) :: directory
-    !> Set when it cannot be made.
+    !> Set when it cannot be created.
     type(error_type), allocatable, intent(out) :: error
 
     if (make_directory(directory) == 0) return
     call fail(error, error_other, "cannot make directory '"//directory//"': "//system_message())
   end subroutine make_folder
 
-  !> Make a folder where there is none and keep other runs out of it.
+  !> Creates a folder if it does not exist and locks it against other runs.
   subroutine lock_folder(lock, directory, error)
     type(folder_lock_type), intent(out) :: lock
     character(len=*), intent(in) :: directory
-    !> Set when there is no folder, or another run writes into it.
+    !> Set when there is no folder, or when it is locked by another run.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: holder
     integer :: process
@@ -64,7 +65,7 @@ contains
       "': wait for its end, or give another directory")
   end subroutine lock_folder
 
-  !> Let other runs into the folder again; one that is not locked is left alone.
+  !> Unlocks the folder; does nothing if it is not locked.
   subroutine unlock_folder(lock)
     type(folder_lock_type), intent(inout) :: lock
 
@@ -72,25 +73,25 @@ contains
     lock%descriptor = -1
   end subroutine unlock_folder
 
-  !> Remove what an earlier run left where this one does not continue it, and make the folders of this one.
+  !> Removes the files of an earlier run unless this run continues it, and creates the folders of this run.
   subroutine make_place(directory, names, continued, in_results, error)
     character(len=*), intent(in) :: directory
-    !> Files without a number.
+    !> File names without a number.
     character(len=*), intent(in) :: names(:)
     logical, intent(in) :: continued
-    !> It writes HDF5 results.
+    !> Whether the run writes HDF5 results.
     logical, intent(in) :: in_results
-    !> Set when a file cannot be removed or a folder not made.
+    !> Set when a file cannot be removed or a folder cannot be created.
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. continued) call remove_earlier_run(directory, names, error)
     if (.not. allocated(error) .and. in_results) call make_folder(directory//'/'//results_folder, error)
   end subroutine make_place
 
-  !> Remove what an earlier run left, so that nothing of it is taken for a result of this one.
+  !> Removes the files of an earlier run, so that none is mistaken for a result of this one.
   subroutine remove_earlier_run(directory, names, error)
     character(len=*), intent(in) :: directory
-    !> Files without a number.
+    !> File names without a number.
     character(len=*), intent(in) :: names(:)
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error

@@ -1,12 +1,12 @@
-!> HDF5 files whose datasets stand in rows by offset in one file, written by one process or by a team together. The
-!> library makes what describes them, in memory; the values are written behind it by `qsmpm_shared_file`, and where
-!> those of each dataset begin is entered in its data layout message (HDF5 File Format Specification 3.0, IV.A.2.i) and
-!> where they end in the superblock (II.A).
+!> HDF5 files whose datasets are stored contiguously in one file, written by one process or by a team. The library
+!> creates the metadata in memory; the values are written after it by `qsmpm_shared_file`. The address of each dataset
+!> is entered in its data layout message (HDF5 File Format Specification 3.0, IV.A.2.i) and the end of the file in the
+!> superblock (II.A).
 !>
-!> The library never writes to the disk itself, so that a full disk is met by `qsmpm_file`, which leaves no half file,
-!> and not by the library's caches: parallel HDF5 1.10 does not come back from it on several processes. Objects carry no
-!> times: the same state gives the same bytes. A failure is kept and reported by `save_image`. Reading is
-!> `qsmpm_hdf5_reader`; no other module uses the library.
+!> The library never writes to the disk itself, so that a full disk is handled by `qsmpm_file`, which leaves no
+!> incomplete file, and not by the caches of the library: parallel HDF5 1.10 does not return from such an error on
+!> several processes. Objects have no time stamps: the same state gives identical bytes. A failure is stored and
+!> reported by `save_image`. Files are read by `qsmpm_hdf5_reader`; no other module uses the library.
 module qsmpm_hdf5_image
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
@@ -26,12 +26,12 @@ module qsmpm_hdf5_image
 
   public :: image_type, create_image, put_group, put_array, put_attribute, put_link, save_image
 
-  !> Steps in which the memory of an image grows [bytes].
+  !> Increment of the memory of an image [bytes].
   integer(size_t), parameter :: growth = 65536_size_t
-  !> Datasets for which there is room at first.
+  !> Initial capacity for datasets.
   integer, parameter :: most_at_first = 64
 
-  !> A dataset: its HDF5 type, the bytes of a row, its sizes, the fastest first, and the values of this process.
+  !> A dataset: its HDF5 type, bytes per row, sizes with the fastest index first, and the values of this process.
   type :: dataset_type
     character(len=:), allocatable :: path
     integer(hid_t) :: kind = -1
@@ -39,20 +39,20 @@ module qsmpm_hdf5_image
     integer(int8), allocatable :: bytes(:)
   end type dataset_type
 
-  !> A file that is being put together.
+  !> A file under construction.
   type :: image_type
-    !> Who writes it: groups, attributes and datasets are the same on all.
+    !> Processes that write it: groups, attributes and datasets are the same on all.
     type(team_type) :: team
     integer(hid_t) :: file = -1
-    !> What was put so far (count), and room for more.
+    !> Datasets so far (count), and spare entries.
     integer :: count = 0
     type(dataset_type), allocatable :: datasets(:)
-    !> First object that could not be made.
+    !> Name of the first object that could not be created.
     character(len=:), allocatable :: reason
   end type image_type
 
-  !> Put an array. Where `rows` is true each process gives rows
-  !> of its own, which stand behind one another in the order of the ranks; else the array is that of the first one.
+  !> Adds an array. If `rows` is true each process passes rows of its own, which are stored in the order of the ranks;
+  !> otherwise the array of the first process is stored.
   interface put_array
     module procedure :: put_reals_1, put_reals_2, put_integers_1, put_longs
   end interface put_array
@@ -63,10 +63,10 @@ module qsmpm_hdf5_image
 
 contains
 
-  !> Begin a file.
+  !> Starts a file.
   subroutine create_image(image, team)
     type(image_type), intent(out) :: image
-    !> Who writes it; this process alone unless given.
+    !> Processes that write it; by default this process alone.
     type(team_type), intent(in), optional :: team
     integer(hid_t) :: access
     integer :: status(4)
@@ -82,10 +82,10 @@ contains
     call note_failure(image%reason, any(status < 0), 'the file')
   end subroutine create_image
 
-  !> Make a group; those above it must be there.
+  !> Creates a group; its parents must exist.
   subroutine put_group(image, path)
     type(image_type), intent(inout) :: image
-    !> Name of the group.
+    !> Path of the group.
     character(len=*), intent(in) :: path
     integer(hid_t) :: group
     integer :: status
@@ -95,7 +95,7 @@ contains
     if (status >= 0) call h5gclose_f(group, status)
   end subroutine put_group
 
-  !> Put a row of reals.
+  !> Adds a real array.
   subroutine put_reals_1(image, path, values, rows)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
@@ -106,7 +106,7 @@ contains
     call put_values(image, path, h5t_native_double, 8, shape(values, kind=hsize_t), c_loc(values), rows)
   end subroutine put_reals_1
 
-  !> Put a table of reals, (components, n) here and (n, components) in the order of C.
+  !> Adds a real table, (components, n) in Fortran and (n, components) in C order.
   subroutine put_reals_2(image, path, values, rows)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
@@ -117,7 +117,7 @@ contains
     call put_values(image, path, h5t_native_double, 8, shape(values, kind=hsize_t), c_loc(values), rows)
   end subroutine put_reals_2
 
-  !> Put a row of integers.
+  !> Adds an integer array.
   subroutine put_integers_1(image, path, values, rows)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
@@ -128,7 +128,7 @@ contains
     call put_values(image, path, h5t_native_integer, 4, shape(values, kind=hsize_t), c_loc(values), rows)
   end subroutine put_integers_1
 
-  !> Put a row of long integers.
+  !> Adds a long integer array.
   subroutine put_longs(image, path, values, rows)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
@@ -140,16 +140,16 @@ contains
       rows)
   end subroutine put_longs
 
-  !> Keep the values of a dataset until the file is written.
+  !> Stores the values of a dataset until the file is written.
   subroutine put_values(image, path, kind, width, dimensions, address, rows)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
-    !> HDF5 type, and bytes of a value.
+    !> HDF5 type; bytes per value.
     integer(hid_t), intent(in) :: kind
     integer, intent(in) :: width
-    !> Sizes, the fastest first.
+    !> Sizes, fastest index first.
     integer(hsize_t), intent(in) :: dimensions(:)
-    !> Of the values, where there are any.
+    !> Address of the values, if there are any.
     type(c_ptr), intent(in) :: address
     logical, intent(in), optional :: rows
     type(dataset_type), allocatable :: more(:)
@@ -176,10 +176,10 @@ contains
     end associate
   end subroutine put_values
 
-  !> Give an object a real.
+  !> Adds a real attribute to an object.
   subroutine put_real_attribute(image, object, name, value)
     type(image_type), intent(inout) :: image
-    !> Group, and name of the attribute.
+    !> Path of the group; name of the attribute.
     character(len=*), intent(in) :: object, name
     real(wp), intent(in) :: value
     real(wp), target :: buffer(1)
@@ -188,10 +188,10 @@ contains
     call put_attribute_value(image, object, name, h5t_native_double, c_loc(buffer))
   end subroutine put_real_attribute
 
-  !> Give an object an integer.
+  !> Adds an integer attribute to an object.
   subroutine put_integer_attribute(image, object, name, value)
     type(image_type), intent(inout) :: image
-    !> Group, and name of the attribute.
+    !> Path of the group; name of the attribute.
     character(len=*), intent(in) :: object, name
     integer, intent(in) :: value
     integer, target :: buffer(1)
@@ -200,7 +200,7 @@ contains
     call put_attribute_value(image, object, name, h5t_native_integer, c_loc(buffer))
   end subroutine put_integer_attribute
 
-  !> Make an attribute of one value and fill it.
+  !> Creates an attribute of one value.
   subroutine put_attribute_value(image, object, name, kind, address)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: object, name
@@ -221,7 +221,7 @@ contains
     call note_failure(image%reason, any(status < 0), object//' '//name)
   end subroutine put_attribute_value
 
-  !> Let a name stand for an object of another file.
+  !> Adds an external link to an object of another file.
   subroutine put_link(image, path, file, object)
     type(image_type), intent(inout) :: image
     !> Name of the link; the other file, relative to this one; object in the other file.
@@ -232,14 +232,14 @@ contains
     call note_failure(image%reason, status < 0, path)
   end subroutine put_link
 
-  !> Write the file and free its memory.
+  !> Writes the file and frees its memory.
   subroutine save_image(image, path, sealed, error)
     type(image_type), intent(inout) :: image
-    !> Its name on the disk.
+    !> Name of the file.
     character(len=*), intent(in) :: path
-    !> It ends with a line by which damage is known (`qsmpm_checksum`).
+    !> Whether it ends with a checksum line that reveals damage (`qsmpm_checksum`).
     logical, intent(in) :: sealed
-    !> The same on all processes: it is not whole under its name.
+    !> Set consistently on all processes when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     integer(int8), allocatable :: head(:)
     type(shared_file_type) :: file
@@ -262,10 +262,10 @@ contains
     call commit_shared(file, error)
   end subroutine save_image
 
-  !> Make the bytes that describe the file and end the library's part in it.
+  !> Creates the metadata of the file and closes it in the library.
   subroutine describe(image, head)
     type(image_type), intent(inout) :: image
-    !> They stand before the values.
+    !> Metadata, stored before the values.
     integer(int8), allocatable, intent(out) :: head(:)
     integer(hid_t) :: list
     integer(long) :: headers(image%count), lengths(image%count)
@@ -288,10 +288,10 @@ contains
     image%file = -1
   end subroutine describe
 
-  !> Make the datasets, without values, and tell where their headers stand.
+  !> Creates the datasets without values and returns the addresses of their headers.
   subroutine make_datasets(image, list, headers)
     type(image_type), intent(inout) :: image
-    !> How they are made.
+    !> Creation property list.
     integer(hid_t), intent(in) :: list
     !> (datasets)
     integer(long), intent(out) :: headers(:)
@@ -319,10 +319,10 @@ contains
     end do
   end subroutine make_datasets
 
-  !> The bytes of the file that the library has made.
+  !> Copies the file image created by the library.
   subroutine copy_image(image, bytes)
     type(image_type), intent(inout) :: image
-    !> Its bytes; at least one, so that there is an address.
+    !> Bytes of the image; at least one, so that there is an address.
     integer(int8), allocatable, target, intent(out) :: bytes(:)
     integer(size_t) :: length
     type(c_ptr) :: address
@@ -343,15 +343,16 @@ contains
     call note_failure(image%reason, status < 0, 'the file')
   end subroutine copy_image
 
-  !> Enter where the values of the datasets stand, behind the head and one another, and where the file ends.
+  !> Enters the addresses of the dataset values, which follow the metadata in sequence, and the end of the file.
   subroutine enter_places(image, headers, lengths, head)
     type(image_type), intent(inout) :: image
-    !> Where the headers of the datasets begin, and the bytes of the values (datasets).
+    !> Addresses of the dataset headers; bytes of the values (datasets).
     integer(long), intent(in) :: headers(:), lengths(:)
     integer(int8), intent(inout) :: head(:)
-    !> Place of the end in the superblock.
+    !> Position of the end-of-file address in the superblock.
     integer, parameter :: end_of_file = 40
-    !> Before place and length in a data layout message: version 3, contiguous. A place that is none has all bits set.
+    !> Bytes before address and length in a data layout message: version 3, contiguous. An undefined address has all
+    !> bits set.
     integer(int8), parameter :: layout(2) = [3_int8, 1_int8], nowhere(8) = -1_int8
     integer(long) :: place, at
     integer :: i
@@ -372,7 +373,7 @@ contains
     head(end_of_file + 1:end_of_file + 8) = little_endian(place)
   end subroutine enter_places
 
-  !> The bytes of a number as the format has them, the lowest first.
+  !> Returns the bytes of a number in little-endian order.
   pure function little_endian(number) result(bytes)
     integer(long), intent(in) :: number
     integer(int8) :: bytes(8)
@@ -384,13 +385,13 @@ contains
     end do
   end function little_endian
 
-  !> Keep the first failure.
+  !> Stores the first failure.
   pure subroutine note_failure(reason, failed, object)
     !> First failure so far.
     character(len=:), allocatable, intent(inout) :: reason
-    !> Whether there is one.
+    !> Whether there is a failure.
     logical, intent(in) :: failed
-    !> What could not be done.
+    !> Name of the object concerned.
     character(len=*), intent(in) :: object
 
     if (failed .and. .not. allocated(reason)) reason = object

@@ -1,5 +1,5 @@
-!> Numbers as text: reals that read back as the same bits, integers without blanks, shares and
-!> durations for people.
+!> Conversion of numbers to text: reals that are read back with identical bits, integers without blanks, and readable
+!> fractions and durations.
 module qsmpm_number_text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   use qsmpm_kinds, only: wp, long
@@ -11,9 +11,9 @@ module qsmpm_number_text
 
 contains
 
-  !> The step number as it stands in file names: at least six digits.
+  !> Returns the step number as used in file names, with at least six digits.
   pure function numbered(step) result(text)
-    !> The number, not negative.
+    !> Step number, not negative.
     integer, intent(in) :: step
     character(len=:), allocatable :: text
     character(len=24) :: buffer
@@ -22,7 +22,7 @@ contains
     text = trim(buffer)
   end function numbered
 
-  !> A real in as few digits as read back as the same bits.
+  !> Returns a real with the least number of digits that are read back with identical bits.
   pure function real_text(value) result(text)
     real(wp), intent(in) :: value
     character(len=:), allocatable :: text
@@ -33,7 +33,7 @@ contains
     else if (.not. ieee_is_finite(value)) then
       text = trim(merge('-inf', 'inf ', value < 0.0_wp))
     else if (abs(value) > 0.99_wp*huge(value)) then
-      ! Trying fewer digits of the largest reals would read infinity.
+      ! With fewer digits the largest reals would be read as infinity.
       write (buffer, '(es32.16e3)') value
       text = trim(adjustl(buffer))
     else
@@ -41,7 +41,7 @@ contains
     end if
   end function real_text
 
-  !> Seconds with three decimals.
+  !> Returns seconds with three decimals.
   pure function seconds_text(seconds) result(text)
     !> [s]
     real(wp), intent(in) :: seconds
@@ -53,7 +53,7 @@ contains
     if (text(1:1) == '.') text = '0'//text
   end function seconds_text
 
-  !> A duration as people say it: 12 s, 3:05 min, 2:10 h.
+  !> Returns a duration in common form: 12 s, 3:05 min, 2:10 h.
   pure function duration_text(seconds) result(text)
     !> [s]
     real(wp), intent(in) :: seconds
@@ -73,7 +73,7 @@ contains
     end if
   end function duration_text
 
-  !> A text without a newline at its end.
+  !> Returns a text without a newline at its end.
   pure function without_last_newline(text) result(line)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: line

@@ -1,12 +1,12 @@
-!> Which pictures there are, and the ParaView collections (.pvd) that name them with their times.
+!> List of the pictures of a run and the ParaView collections (.pvd) that contain their names and times.
 !>
-!> A run that continues another reads the list back from `points.pvd` and forgets the pictures of
-!> steps that will be made again.
+!> A run that continues another reads the list from `points.pvd` and omits the pictures of steps that will be repeated.
 !>
-!> The pictures and results of a state with the lists that name them. Every process of a team takes part: where the
-!> model is divided each writes its part, else the first one writes all.
+!> Writes the pictures and results of a state together with their lists. Every process of a team takes part: if the
+!> model is divided each writes its part, otherwise the first one writes everything.
 !>
-!> Files of safety phases: `safety.json` with the factors found so far, and pictures of the way the body fails.
+!> Also writes the files of safety phases: `safety.json` with the factors found so far, and pictures of the failure
+!> mechanism.
 module qsmpm_picture_list
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -30,20 +30,20 @@ module qsmpm_picture_list
   !> Pictures in the order of their steps.
   type :: picture_list_type
     integer, allocatable :: steps(:)
-    !> Times (qsmpm_fields: phase_time) as text: the collections are rewritten after each picture.
+    !> Times (qsmpm_fields: phase_time) as text, since the collections are rewritten after each picture.
     type(string_type), allocatable :: times(:)
   end type picture_list_type
 
-  !> What stands before the time and before the step in a line of a collection.
+  !> Text before the time and before the step in a line of a collection.
   character(len=*), parameter :: time_mark = 'timestep="', step_mark = 'file="points_'
 
   character(len=*), parameter, public :: safety_file = 'safety.json'
-  !> Heads of the names of the pictures; the number of the phase follows.
+  !> Beginnings of the names of mechanism pictures, followed by the phase number.
   character(len=*), parameter, public :: mechanism_points = 'mechanism_points_', mechanism_mesh = 'mechanism_mesh_'
 
 contains
 
-  !> Enter a picture; one of the same step is replaced.
+  !> Adds a picture; a picture of the same step is replaced.
   pure subroutine add_picture(list, step, time)
     type(picture_list_type), intent(inout) :: list
     !> Accepted steps so far.
@@ -66,12 +66,12 @@ contains
     call move_alloc(times, list%times)
   end subroutine add_picture
 
-  !> Write the collection of one kind of picture.
+  !> Writes the collection of one kind of picture.
   subroutine write_collection(list, directory, kind, error)
     type(picture_list_type), intent(in) :: list
-    !> Where the pictures are; `points` or `mesh`.
+    !> Folder of the pictures; `points` or `mesh`.
     character(len=*), intent(in) :: directory, kind
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     type(file_type) :: file
     integer :: i
@@ -87,12 +87,12 @@ contains
     call commit_file(file, error)
   end subroutine write_collection
 
-  !> Read the list back as far as a step.
+  !> Reads the list up to a step.
   subroutine read_collection(list, directory, last_step, error)
     type(picture_list_type), intent(out) :: list
-    !> Where the pictures are.
+    !> Folder of the pictures.
     character(len=*), intent(in) :: directory
-    !> Pictures of later steps are forgotten.
+    !> Pictures of later steps are omitted.
     integer, intent(in) :: last_step
     !> Set when the collection cannot be read.
     type(error_type), allocatable, intent(out) :: error
@@ -111,11 +111,11 @@ contains
     end do
   end subroutine read_collection
 
-  !> Enter the picture a line of the collection names, if it names one.
+  !> Adds the picture named in a line of the collection, if any.
   pure subroutine read_line(list, line, last_step)
     type(picture_list_type), intent(inout) :: list
     character(len=*), intent(in) :: line
-    !> Pictures of later steps are forgotten.
+    !> Pictures of later steps are omitted.
     integer, intent(in) :: last_step
     integer :: step, status(2)
     real(wp) :: time
@@ -130,17 +130,17 @@ contains
     if (step <= last_step) call add_picture(list, step, time)
   end subroutine read_line
 
-  !> Write the pictures and results of a state and their lists.
+  !> Writes the pictures and results of a state and their lists.
   subroutine write_fields(directory, pictures, team, model, estimate, error)
     character(len=*), intent(in) :: directory
-    !> So far; gains this one.
+    !> Pictures so far; this one is added.
     type(picture_list_type), intent(inout) :: pictures
-    !> Who shares the run.
+    !> Processes that share the run.
     type(team_type), intent(in) :: team
     type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
+    !> Estimated error of the stresses.
     type(stress_error_type), intent(in) :: estimate
-    !> The same on all processes: a file is not whole under its name.
+    !> Set consistently on all processes when a file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     logical :: leads, writes
 
@@ -165,20 +165,20 @@ contains
     end associate
   end subroutine write_fields
 
-  !> Write pictures and results of the way a body fails.
+  !> Writes pictures and results of a failure mechanism.
   subroutine write_way_of_failure(directory, pictures, team, model, estimate, error)
     character(len=*), intent(in) :: directory
     type(picture_list_type), intent(in) :: pictures
-    !> Who shares the run.
+    !> Processes that share the run.
     type(team_type), intent(in) :: team
     type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
+    !> Estimated error of the stresses.
     type(stress_error_type), intent(in) :: estimate
-    !> The same on all processes: a file is not whole under its name.
+    !> Set consistently on all processes when a file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: number
 
-    ! Write the pictures and results of a mechanism.
+    ! Pictures and results of the mechanism.
     if (team%rank == 0 .or. is_divided(model%part)) then
       number = numbered(model%state%progress%phase)
       if (model%analysis%output%vtk) then
@@ -193,11 +193,11 @@ contains
     call agree(team, error)
   end subroutine write_way_of_failure
 
-  !> Write the factors of safety found so far.
+  !> Writes the factors of safety found so far.
   subroutine write_safety(directory, model, error)
     character(len=*), intent(in) :: directory
     type(model_type), intent(in) :: model
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: text
     integer :: i
@@ -212,10 +212,11 @@ contains
     call write_text(directory//'/'//safety_file, text//newline//'  ]'//newline//'}'//newline, error)
   end subroutine write_safety
 
-  !> Factor of safety of a phase; one at which no equilibrium was found and no mechanism seen is refused, not lost.
+  !> Returns the factor of safety of a phase. A factor without equilibrium but without an observed mechanism is
+  !> `refused`, not `lost`.
   pure function factor_json(model, row) result(text)
     type(model_type), intent(in) :: model
-    !> Of qsmpm_safety_factors.
+    !> Row of the factors (qsmpm_safety_factors).
     real(wp), intent(in) :: row(:)
     character(len=:), allocatable :: text
 

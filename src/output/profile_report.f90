@@ -1,12 +1,12 @@
-!> The profile of a run in words and as a file: the line of shares that closes the log, the table that
-!> `--profile` shows, and `profile.json` for programs.
+!> Profile of a run as text and as a file: the line of shares at the end of the log, the table printed by `--profile`,
+!> and `profile.json` for programs.
 !>
-!> Shares are of the processor's time, or of the wall clock's when several threads work: threads that
-!> wait are busy on some systems and would be charged to parts that run alone.
+!> Shares refer to processor time, or to wall-clock time if several threads are used: on some systems waiting threads
+!> are busy and would be attributed to parts that run on one thread.
 !>
-!> `timing.json`: seconds of a run and of those it continues in the same folder.
+!> `timing.json` has the seconds of a run and of the runs that it continues in the same folder.
 !>
-!> Only this file and `job.log` tell seconds: all other results of a deck are the same bytes in every run.
+!> Only these files and `job.log` contain times: all other results of a deck are identical in every run.
 module qsmpm_profile_report
   use qsmpm_kinds, only: wp, long
   use qsmpm_number_text, only: integer_text, newline, real_text
@@ -20,10 +20,10 @@ module qsmpm_profile_report
 
   public :: shares_line, profile_table, profile_json, timing_type, timing_file, write_timing, read_timing
 
-  !> Parts below this share are not worth a word in the log.
+  !> Minimum share of a part to be mentioned in the log.
   real(wp), parameter :: least_share = 0.005_wp
 
-  !> Seconds of a run [s].
+  !> Run time [s].
   type :: timing_type
     real(wp) :: cpu = 0.0_wp, wall = 0.0_wp
   end type timing_type
@@ -33,10 +33,10 @@ module qsmpm_profile_report
 
 contains
 
-  !> `time: evaluation 41 %, ...`: the parts by size.
+  !> Returns `time: evaluation 41 %, ...`: the parts in descending order.
   function shares_line(profile, threads) result(line)
     type(run_profile_type), intent(in) :: profile
-    !> Threads of the run.
+    !> Number of threads of the run.
     integer, intent(in) :: threads
     character(len=:), allocatable :: line
     real(wp) :: share(part_count)
@@ -57,10 +57,10 @@ contains
       fixed(real(peak_memory(), wp)/1048576.0_wp, 1)//' MiB at the most'
   end function shares_line
 
-  !> Share of each part, 0 when no time was taken.
+  !> Returns the share of each part, 0 if no time was measured.
   pure function shares(profile, threads) result(share)
     type(run_profile_type), intent(in) :: profile
-    !> Threads of the run.
+    !> Number of threads of the run.
     integer, intent(in) :: threads
     real(wp) :: share(part_count)
 
@@ -69,10 +69,10 @@ contains
     share = share/max(sum(share), tiny(1.0_wp))
   end function shares
 
-  !> A line a part: processor's and wall clock's seconds, calls, share.
+  !> Returns a table with a line per part: processor and wall-clock seconds, calls, share.
   function profile_table(profile, threads) result(text)
     type(run_profile_type), intent(in) :: profile
-    !> Threads of the run.
+    !> Number of threads of the run.
     integer, intent(in) :: threads
     character(len=:), allocatable :: text
     real(wp) :: share(part_count)
@@ -92,10 +92,10 @@ contains
       integer_text(profile%evaluations)//' evaluations, '//integer_text(profile%factorisations)//' factorisations'
   end function profile_table
 
-  !> Everything, as a JSON object.
+  !> Returns the profile as a JSON object.
   function profile_json(profile, threads) result(text)
     type(run_profile_type), intent(in) :: profile
-    !> Threads of the run.
+    !> Number of threads of the run.
     integer, intent(in) :: threads
     character(len=:), allocatable :: text
     integer :: part
@@ -115,7 +115,7 @@ contains
     text = text//newline//'  }'//newline//'}'//newline
   end function profile_json
 
-  !> The counts, a line each.
+  !> Returns the counts, one per line.
   pure function count_lines(profile) result(text)
     type(run_profile_type), intent(in) :: profile
     character(len=:), allocatable :: text
@@ -131,7 +131,7 @@ contains
       '  "factor_operations": '//real_text(profile%factor_operations)//','//newline
   end function count_lines
 
-  !> `  "name": number,`
+  !> Returns `  "name": number,`.
   pure function count_line(name, number) result(line)
     !> Name of the count.
     character(len=*), intent(in) :: name
@@ -142,7 +142,7 @@ contains
     line = '  "'//name//'": '//integer_text(number)//','//newline
   end function count_line
 
-  !> A number with a fixed count of decimals.
+  !> Returns a number with a fixed number of decimals.
   pure function fixed(value, decimals) result(text)
     !> The number.
     real(wp), intent(in) :: value
@@ -154,7 +154,7 @@ contains
     text = trim(adjustl(buffer))
   end function fixed
 
-  !> Write the seconds.
+  !> Writes the run times.
   subroutine write_timing(directory, timing, error)
     !> Folder of the results.
     character(len=*), intent(in) :: directory
@@ -165,7 +165,8 @@ contains
       newline//'  '//wall_key//real_text(timing%wall)//newline//'}'//newline, error, durable=.false.)
   end subroutine write_timing
 
-  !> Seconds written before; zeros where there is no such file or it is not whole: they change no result.
+  !> Reads the run times written before; zeros if there is no file or it is incomplete, since they have no effect on
+  !> results.
   subroutine read_timing(directory, timing)
     !> Folder of the results.
     character(len=*), intent(in) :: directory
@@ -180,7 +181,7 @@ contains
     timing%wall = number_behind(text, wall_key)
   end subroutine read_timing
 
-  !> The number behind a key, 0 when there is none.
+  !> Returns the number after a key, 0 if there is none.
   pure real(wp) function number_behind(text, key)
     character(len=*), intent(in) :: text, key
     integer :: at, status

@@ -1,13 +1,13 @@
-!> The observer that writes: curves, pictures, results, restart, log, progress.
+!> The recorder: observer that writes curves, pictures, results, restart files, log and progress.
 !>
-!> A run writes into one directory, and no other run at the same time: `run.lock` is locked until it ends,
-!> however it ends. What a run of the same directory left is replaced; a run that
-!> continues another (restart) keeps what belongs to the steps before and makes the rest again.
-!> Every file but `curves.csv` and `job.log`, which grow line by line, appears whole or not at all.
-!> The last line of the log is `qsmpm: finished` only when the run did.
+!> A run writes into one directory, to which no other run has access at the same time: `run.lock` is locked until the
+!> run ends in any way. Files of an earlier run in the directory are replaced; a run that continues another (restart)
+!> retains the results of the steps before and repeats the rest. Every file except `curves.csv` and `job.log`, which
+!> grow line by line, is written completely or not at all. The last line of the log is `qsmpm: finished` only if the
+!> run finished.
 !>
-!> Each process of a team has a recorder. The first one writes; the others write their rows of pictures, results and
-!> restart files where the model is divided (qsmpm_shared_file), and nothing else.
+!> Each process of a team has a recorder. The first one writes; the others write only their rows of pictures, results
+!> and restart files if the model is divided (qsmpm_shared_file).
 module qsmpm_recorder
   use qsmpm_kinds, only: long
   use qsmpm_agreement, only: agree, any_of
@@ -45,77 +45,77 @@ module qsmpm_recorder
 
   public :: recorder_type, recorder_options_type, create, close, signal_number
 
-  !> How a run is recorded.
+  !> Options of a recorder.
   type :: recorder_options_type
     !> One of the display_* values of qsmpm_display.
     integer :: display = display_plain
-    !> The model's state was read from a restart file.
+    !> Whether the state of the model was read from a restart file.
     logical :: continued = .false.
-    !> A phase has begun: the initial stresses are set.
+    !> Whether a phase has begun: the initial stresses are set.
     logical :: begun = .false.
     !> Fingerprint of the resolved deck for restart.h5.
     integer :: fingerprint(2) = 0
-    !> Clock of the whole run.
+    !> Clock of the complete run.
     type(clock_type) :: clock
-    !> Columns for the shares of the terms (qsmpm_term_sums); those of the standard terms where it is not set.
+    !> Columns for the shares of the terms (qsmpm_term_sums); by default those of the standard terms.
     character(len=:), allocatable :: shares
-    !> First line of the log: the program and its version.
+    !> First line of the log: program name and version.
     character(len=:), allocatable :: banner
-    !> The scene that the model answers, where it is a reduced one: results are those of the scene.
+    !> The scene represented by a reduced model: results are those of the scene.
     type(whole_scene_type) :: whole
-    !> Who shares the run.
+    !> Processes that share the run.
     type(team_type) :: team
   end type recorder_options_type
 
-  !> Everything that is open or remembered between two steps.
+  !> Open files and data stored between two steps.
   type, extends(observer_type) :: recorder_type
     character(len=:), allocatable :: directory
     type(recorder_options_type) :: options
-    !> Keeps other runs out of the directory.
+    !> Locks the directory against other runs.
     type(folder_lock_type) :: lock
     type(display_type) :: display
     type(file_type) :: curves, log
     type(picture_list_type) :: pictures
-    !> Seconds of the runs this one continues.
+    !> Run times of the runs that this one continues.
     type(timing_type) :: earlier
     !> Step of the last picture and of the last restart file of this run, -1 for none.
     integer :: picture_step = -1
     integer :: restart_step = -1
-    !> Error of the stresses of a step, and which step that is, -1 for none.
+    !> Stress error of a step, and number of that step, -1 for none.
     type(stress_error_type) :: estimate
     integer :: estimate_step = -1
-    !> Warnings so far, a line each; repeated at the end of the log.
+    !> Warnings so far, one per line; repeated at the end of the log.
     character(len=:), allocatable :: warnings
-    !> First failure of the log; returned at the next accepted step.
+    !> First failure to write the log; returned at the next accepted step.
     type(error_type), allocatable :: log_error
-    !> Where the time went: the last but one line of the log.
+    !> Distribution of the run time: the line before the last one of the log.
     character(len=:), allocatable :: times
   contains
     procedure :: phase_begun, needs_model, accepted, phase_done, mechanism, note, tell_result, stop_requested
   end type recorder_type
 
-  !> Name of the profile that a run writes on request.
+  !> File name of the profile written on request.
   character(len=*), parameter, public :: profile_file = 'profile.json'
-  !> Name of the limit load of a phase that has asked for one.
+  !> File name of the limit load of a phase for which it is requested.
   character(len=*), parameter :: limit_file = 'limit_load.json'
   character(len=*), parameter :: finished_line = 'qsmpm: finished'
-  !> Files of a run beside the numbered ones.
+  !> Files of a run other than the numbered ones.
   character(len=*), parameter :: own_files(12) = [character(len=16) :: 'curves.csv', limit_file, safety_file, &
     'points.pvd', 'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
     profile_file, summary_file]
 
 contains
 
-  !> Make the directory and begin its files.
+  !> Creates the directory and starts the files.
   subroutine create(recorder, model, directory, options, error)
     type(recorder_type), intent(out) :: recorder
-    !> The model, its state as read when the run continues another.
+    !> The model, with the state read from a restart file if the run continues another.
     type(model_type), intent(in) :: model
-    !> Where everything is written.
+    !> Output directory.
     character(len=*), intent(in) :: directory
-    !> How.
+    !> Options of the recorder.
     type(recorder_options_type), intent(in) :: options
-    !> Set when the directory or a file cannot be made.
+    !> Set when the directory or a file cannot be created.
     type(error_type), allocatable, intent(out) :: error
 
     recorder%directory = directory
@@ -131,14 +131,14 @@ contains
     if (allocated(error)) call unlock_folder(recorder%lock)
   end subroutine create
 
-  !> Whether this process writes what there is one of.
+  !> Returns whether this process writes the files that exist once.
   pure logical function leads(recorder)
     class(recorder_type), intent(in) :: recorder
 
     leads = recorder%options%team%rank == 0
   end function leads
 
-  !> Whether this process writes something of the model: a part of it, or all.
+  !> Returns whether this process writes data of the model: a part of it, or all.
   pure logical function writes(recorder, model)
     class(recorder_type), intent(in) :: recorder
     type(model_type), intent(in) :: model
@@ -146,12 +146,12 @@ contains
     writes = leads(recorder) .or. is_divided(model%part)
   end function writes
 
-  !> Remove what was there and begin the files.
+  !> Removes earlier files and starts the files of this run.
   subroutine begin_files(recorder, model, error)
     type(recorder_type), intent(inout) :: recorder
-    !> The model, its state as read when the run continues another.
+    !> The model, with the state read from a restart file if the run continues another.
     type(model_type), intent(in) :: model
-    !> Set when a file cannot be made.
+    !> Set when a file cannot be created.
     type(error_type), allocatable, intent(out) :: error
 
     if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
@@ -171,12 +171,12 @@ contains
     else
       call open_tables(recorder, model, error)
     end if
-    ! A run from the start has a picture of it, when the initial stresses are set.
+    ! A run from the start writes a picture of it when the initial stresses are set.
     if (.not. allocated(error) .and. recorder%options%begun) call recorder%phase_begun(model, error)
     if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine begin_files
 
-  !> Open the log: anew, or behind what the continued run wrote.
+  !> Opens a new log, or the log of the continued run for appending.
   subroutine open_log(recorder, error)
     type(recorder_type), intent(inout) :: recorder
     !> Set when it cannot be written.
@@ -192,7 +192,7 @@ contains
     call append_file(recorder%log, path, len(text, kind=long), error)
   end subroutine open_log
 
-  !> The head of the log: program, deck, what the model builder has to say.
+  !> Writes the head of the log: program, deck, messages of the model builder.
   subroutine begin_log(recorder, model)
     type(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
@@ -208,7 +208,7 @@ contains
     end if
   end subroutine begin_log
 
-  !> Begin or continue the curves and the list of pictures.
+  !> Starts or continues the curves and the list of pictures.
   subroutine open_tables(recorder, model, error)
     type(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
@@ -219,7 +219,7 @@ contains
     if (leads(recorder)) call open_curves(recorder, model, error)
     call agree(recorder%options%team, error)
     if (allocated(error)) return
-    ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
+    ! The mesh as built: a continued run has this file already, and its mesh may now cover another part of the grid.
     there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
     there = any_of(recorder%options%team, there .and. leads(recorder) .and. recorder%options%continued)
     if (model%analysis%output%hdf5 .and. .not. there .and. writes(recorder, model)) &
@@ -227,7 +227,7 @@ contains
     call agree(recorder%options%team, error)
   end subroutine open_tables
 
-  !> Begin or continue the curves, and read which pictures there are.
+  !> Starts or continues the curves and reads the list of existing pictures.
   subroutine open_curves(recorder, model, error)
     type(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
@@ -246,7 +246,7 @@ contains
     end if
   end subroutine open_curves
 
-  !> Tell by what the model is smaller than the scene.
+  !> Reports by how much the model is smaller than the scene.
   subroutine log_savings(recorder, model)
     type(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
@@ -257,7 +257,7 @@ contains
     call recorder%note(text)
   end subroutine log_savings
 
-  !> A phase has begun: the picture that a record begins with, where there is none yet.
+  !> Writes the first picture of a record at the start of a phase, unless there is one.
   subroutine phase_begun(self, model, error)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -268,8 +268,8 @@ contains
     call write_pictures(self, model, error)
   end subroutine phase_begun
 
-  !> Whether the scene is larger than the model, whose images are made from the whole, or a restart file is due that has
-  !> ends of phases.
+  !> Returns whether the whole model is required: results of a scene larger than the model are derived from it, or a
+  !> restart file with ends of phases is due.
   logical function needs_model(self, model)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -279,7 +279,7 @@ contains
       is_multiple(model%state%progress%step, model%analysis%output%restart_every)
   end function needs_model
 
-  !> A step was accepted: its row, and what is due.
+  !> Writes the row of an accepted step and all files that are due.
   subroutine accepted(self, model, record, error)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -307,7 +307,7 @@ contains
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine accepted
 
-  !> The row of a step, of the scene where the model is a reduced one.
+  !> Writes the row of a step; for a reduced model that of the scene.
   subroutine write_row(recorder, model, record, error)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
@@ -325,7 +325,7 @@ contains
     end if
   end subroutine write_row
 
-  !> A phase has ended: everything is written that this step has not written already.
+  !> Writes all files at the end of a phase that have not been written for this step.
   subroutine phase_done(self, model, error)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -346,11 +346,11 @@ contains
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine phase_done
 
-  !> Pictures of the way a body fails, numbered by the phase.
+  !> Writes pictures of the failure mechanism, numbered by the phase.
   subroutine mechanism(self, model, error)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
-    !> Set when a file is not whole under its name.
+    !> Set when a file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. (model%analysis%output%vtk .or. model%analysis%output%hdf5)) return
@@ -366,7 +366,7 @@ contains
     end if
   end subroutine mechanism
 
-  !> Say how far the stresses can be trusted, and warn where they cannot.
+  !> Reports the accuracy of the stresses and warns if it is insufficient.
   subroutine report_stress_error(recorder, model)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
@@ -378,7 +378,7 @@ contains
     if (len(text) > 0) call recorder%note(text)
   end subroutine report_stress_error
 
-  !> Estimate the error of the stresses unless that is done for this step.
+  !> Estimates the stress error unless this has been done for the step.
   subroutine measure(recorder, model)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
@@ -388,7 +388,7 @@ contains
     recorder%estimate_step = model%state%progress%step
   end subroutine measure
 
-  !> A sentence for the log and for the user.
+  !> Writes a message to the log and to the display.
   subroutine note(self, text)
     class(recorder_type), intent(inout) :: self
     character(len=*), intent(in) :: text
@@ -398,7 +398,7 @@ contains
     call keep_warnings(text, self%warnings)
   end subroutine note
 
-  !> What a phase was run for.
+  !> Writes the result of a phase.
   subroutine tell_result(self, text)
     class(recorder_type), intent(inout) :: self
     character(len=*), intent(in) :: text
@@ -407,28 +407,28 @@ contains
     call show_result(self%display, text)
   end subroutine tell_result
 
-  !> Whether a signal has asked the run to stop.
+  !> Returns whether a signal has requested a stop.
   logical function stop_requested(self)
     class(recorder_type), intent(inout) :: self
 
     stop_requested = signal_received() /= 0
   end function stop_requested
 
-  !> Number of the signal that has asked the run to stop, 0 for none.
+  !> Returns the number of the signal that requested a stop, 0 for none.
   integer function signal_number()
 
     signal_number = int(signal_received())
   end function signal_number
 
-  !> End the recording. After a failure or a signal the last accepted state is kept in restart.h5,
-  !> after a failure in a picture too; the log says how the run ended.
+  !> Ends the recording. After a failure or a signal the last accepted state is written to restart.h5, after a failure
+  !> also a picture; the log reports how the run ended.
   subroutine close(recorder, model, error, outcome)
     type(recorder_type), intent(inout) :: recorder
-    !> The model, at its last accepted state.
+    !> The model at its last accepted state.
     type(model_type), intent(in) :: model
-    !> Set when something could not be written.
+    !> Set when a file could not be written.
     type(error_type), allocatable, intent(out) :: error
-    !> What ended the run; not allocated when it finished.
+    !> Error that ended the run; unallocated if it finished.
     type(error_type), allocatable, intent(in) :: outcome
     type(error_type), allocatable :: log_error
     character(len=:), allocatable :: said
@@ -459,7 +459,7 @@ contains
     call end_display(recorder%display)
   end subroutine close
 
-  !> The table of phases, and the file too where the run did not finish; a run that could not write has none.
+  !> Writes the table of phases to the log, and the summary file if the run did not finish; not after a write error.
   subroutine log_summary(recorder, model, outcome)
     type(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
@@ -473,9 +473,9 @@ contains
     call write_summary(recorder%directory, scene_of(recorder%options%whole, model), model, error, outcome)
   end subroutine log_summary
 
-  !> Last line of a run that nothing but its files may have stopped.
+  !> Returns the last line of the log of a run that was stopped by nothing except its files.
   pure function last_line(error) result(line)
-    !> What could not be written.
+    !> Error of writing a file.
     type(error_type), allocatable, intent(in) :: error
     character(len=:), allocatable :: line
 
@@ -483,31 +483,30 @@ contains
     if (allocated(error)) line = 'qsmpm: stopped: '//error%message
   end function last_line
 
-  !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
+  !> Writes restart.h5 and, unless a signal stopped the run, a picture of the last accepted state.
   subroutine keep_last_state(recorder, model, outcome, by_signal, error)
     type(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
-    !> What ended the run.
+    !> Error that ended the run.
     type(error_type), intent(in) :: outcome
-    !> A signal has asked for it.
+    !> Whether the stop was requested by a signal.
     logical, intent(in) :: by_signal
-    !> Set when something could not be written.
+    !> Set when a file could not be written.
     type(error_type), allocatable, intent(out) :: error
 
     if (recorder%restart_step /= model%state%progress%step) call save_restart(recorder, model, error)
-    ! A disk that took a file no longer takes no picture either; a signal leaves what a run
-    ! without the interruption would have left.
+    ! A disk on which writing a file has failed accepts no picture either; after a signal the files are those of a run
+    ! without the interruption.
     if (allocated(error) .or. outcome%code == error_other) return
     if (by_signal) return
     if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, error)
   end subroutine keep_last_state
 
-  !> Write the pictures and results of the present step, those of the scene where the model is a
-  !> reduced one.
+  !> Writes the pictures and results of the current step; for a reduced model those of the scene.
   subroutine write_pictures(recorder, model, error)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
-    !> Set when a file is not whole under its name.
+    !> Set when a file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
 
     call measure(recorder, model)
@@ -521,11 +520,11 @@ contains
     end if
   end subroutine write_pictures
 
-  !> Write restart.h5.
+  !> Writes restart.h5.
   subroutine save_restart(recorder, model, error)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
 
     if (writes(recorder, model)) &
@@ -536,7 +535,7 @@ contains
     if (leads(recorder)) call write_seconds(recorder, error)
   end subroutine save_restart
 
-  !> Add a line to the log; a failure is kept.
+  !> Appends a line to the log; a failure is stored.
   subroutine write_log(recorder, text)
     class(recorder_type), intent(inout) :: recorder
     !> The line.
@@ -549,20 +548,20 @@ contains
     if (allocated(error)) call move_alloc(error, recorder%log_error)
   end subroutine write_log
 
-  !> Write timing.json: the seconds of this run and those it continues.
+  !> Writes timing.json: the run times of this run and of those it continues.
   subroutine write_seconds(recorder, error)
     class(recorder_type), intent(in) :: recorder
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
 
     call write_timing(recorder%directory, timing_type(cpu=recorder%earlier%cpu + cpu_seconds(recorder%options%clock), &
       wall=recorder%earlier%wall + wall_seconds(recorder%options%clock)), error)
   end subroutine write_seconds
 
-  !> Whether a step is one of every so many; never when that is 0.
+  !> Returns whether a step is a multiple of an interval; false if the interval is 0.
   elemental logical function is_multiple(step, every)
     integer, intent(in) :: step
-    !> Every so many steps, 0 for never.
+    !> Interval in steps, 0 for never.
     integer, intent(in) :: every
 
     is_multiple = .false.

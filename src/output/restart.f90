@@ -1,12 +1,11 @@
-!> The whole state of a model in a file, bit for bit, and back into a model built from the same
-!> deck, with the ends of phases that later ones start from.
+!> Writes the complete state of a model to a file, with identical bits, and reads it into a model built from the same
+!> deck, including the ends of phases from which later ones start.
 !>
-!> A fingerprint of the fully resolved deck stands in the file; a restart with another deck is an
-!> error, as is one whose arrays have other sizes, whose numbers are out of their ranges
-!> (`qsmpm_state_check`) or whose bytes do not give its checksum.
+!> The file contains a fingerprint of the fully resolved deck. A restart with another deck is an error, as is a file
+!> with arrays of other sizes, with values outside their ranges (`qsmpm_state_check`) or with a wrong checksum.
 !>
-!> Of a model that is divided each process gives its own rows (qsmpm_restart_rows). Several processes divide the model
-!> by the file that they read (qsmpm_restart_division).
+!> If the model is divided each process writes its own rows (qsmpm_restart_rows). Several processes divide the model
+!> according to the file that they read (qsmpm_restart_division).
 module qsmpm_restart
   use qsmpm_kinds, only: long
   use qsmpm_active_bodies, only: has_stages
@@ -33,13 +32,13 @@ module qsmpm_restart
 
   public :: write_restart, read_restart, writes_kept_phases, text_fingerprint
 
-  !> Layout of the file; another one is refused.
+  !> Version of the file layout; other versions are rejected.
   integer, parameter :: layout = 21
 
 contains
 
-  !> Two numbers that another text is next to certain not to have: polynomials in its bytes modulo
-  !> the prime 2**31 - 1.
+  !> Returns two numbers that differ for different texts with near certainty: polynomials in the bytes modulo the prime
+  !> 2**31 - 1.
   pure function text_fingerprint(text) result(fingerprint)
     character(len=*), intent(in) :: text
     integer :: fingerprint(2)
@@ -54,14 +53,14 @@ contains
     fingerprint = int(sums)
   end function text_fingerprint
 
-  !> Write the state; the former file stays until the new one is whole and on the disk.
+  !> Writes the state; the previous file remains until the new one is complete and on the disk.
   subroutine write_restart(path, model, fingerprint, error)
     !> Name of the file.
     character(len=*), intent(in) :: path
     type(model_type), intent(in) :: model
     !> Fingerprint of the resolved deck (2).
     integer, intent(in) :: fingerprint(:)
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
     integer :: i
@@ -87,7 +86,7 @@ contains
     call save_image(image, path, .true., error)
   end subroutine write_restart
 
-  !> Whether the file of a model has ends of phases: they are written whole.
+  !> Returns whether the file of a model contains ends of phases, which are written for the whole model.
   pure logical function writes_kept_phases(model) result(writes)
     type(model_type), intent(in) :: model
     integer :: i
@@ -98,17 +97,17 @@ contains
       i=1, size(model%kept_phases))])
   end function writes_kept_phases
 
-  !> Whether the end of a phase is in the file of a state: a phase behind the present one starts from it. The present
-  !> one is kept when it ends, also in a run that goes on from its end.
+  !> Returns whether the end of a phase is in the file of a state: a later phase starts from it. The current phase is
+  !> stored when it ends, also in a run that continues from its end.
   pure logical function is_in_file(model, present, number)
     type(model_type), intent(in) :: model
-    !> Phase of the state, and number of the other.
+    !> Phase of the state; number of the other phase.
     integer, intent(in) :: present, number
 
     is_in_file = number < present .and. is_wanted(model%analysis%phases, number, present)
   end function is_in_file
 
-  !> Group of the end of a phase.
+  !> Returns the group of the end of a phase.
   pure function end_of(number) result(group)
     integer, intent(in) :: number
     character(len=:), allocatable :: group
@@ -116,7 +115,7 @@ contains
     group = '/phase_'//integer_text(number)
   end function end_of
 
-  !> Read the state back. Alone, the model is unchanged after an error.
+  !> Reads a state. With a single process, the model is unchanged after an error.
   subroutine read_restart(path, model, fingerprint, error, team)
     !> Name of the file.
     character(len=*), intent(in) :: path
@@ -126,7 +125,7 @@ contains
     integer, intent(in) :: fingerprint(:)
     !> Set when the file is damaged or belongs to another deck.
     type(error_type), allocatable, intent(out) :: error
-    !> Who reads it together, and gets the same error; this process alone unless given.
+    !> Processes that read the file together and receive the same error; by default this process alone.
     type(team_type), intent(in), optional :: team
     type(team_type) :: readers
     type(reader_type) :: reader
@@ -164,13 +163,13 @@ contains
     call move_alloc(kept_phases, model%kept_phases)
   end subroutine read_restart
 
-  !> Divide the model by the state of an open file, with the ends of phases that are in it.
+  !> Divides the model according to the state in an open file, and reads the ends of phases in it.
   subroutine get_divided(reader, in_rows, team, model, error)
     type(reader_type), intent(inout) :: reader
     logical, intent(in) :: in_rows
     type(team_type), intent(in) :: team
     type(model_type), intent(inout) :: model
-    !> The same on all processes.
+    !> Set consistently on all processes.
     type(error_type), allocatable, intent(out) :: error
     type(kept_phase_type), allocatable :: kept_phases(:)
     type(progress_type) :: progress
@@ -197,7 +196,7 @@ contains
     call move_alloc(kept_phases, model%kept_phases)
   end subroutine get_divided
 
-  !> Material points of all bodies.
+  !> Returns the number of material points of all bodies.
   pure integer function points_of_bodies(model) result(points)
     type(model_type), intent(in) :: model
 
@@ -207,7 +206,7 @@ contains
     if (model%part%built_points > 0) points = int(model%part%built_points)
   end function points_of_bodies
 
-  !> Get the ends of phases that the present one or a later one starts from.
+  !> Reads the ends of phases from which the current or a later phase starts.
   subroutine get_kept_phases(reader, model, present, kept_phases)
     type(reader_type), intent(inout) :: reader
     type(model_type), intent(in) :: model
@@ -227,7 +226,7 @@ contains
     end associate
   end subroutine get_kept_phases
 
-  !> Phases whose ends are in a file and wanted.
+  !> Returns the phases whose ends are in a file and required.
   function kept_numbers(reader, model, present) result(numbers)
     type(reader_type), intent(inout) :: reader
     type(model_type), intent(in) :: model
@@ -245,23 +244,23 @@ contains
     end do
   end function kept_numbers
 
-  !> Get a state of a group.
+  !> Reads a state from a group.
   subroutine get_state(reader, group, model, in_rows, state)
     type(reader_type), intent(inout) :: reader
     !> Empty for the root.
     character(len=*), intent(in) :: group
     !> A model built from the same deck.
     type(model_type), intent(in) :: model
-    !> Points and nodes are rows of several processes; nodal values are got elsewhere.
+    !> Whether points and nodes are rows of several processes; nodal values are then read elsewhere.
     logical, intent(in) :: in_rows
-    !> One of the model.
+    !> A state of the model, overwritten.
     type(state_type), intent(inout) :: state
 
     if (.not. in_rows) call get_mesh(reader, group, model, state)
     call get_progress(reader, group//'/progress', state%progress)
     call get_points(reader, group, model, state)
     call get_carried(reader, group//'/tracers', state%tracers)
-    ! As many as the phase in the file watches.
+    ! As many as are watched in the phase of the file.
     call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
     call get_carried(reader, group//'/watched', state%watched)
     call get_attribute(reader, group//'/mesh', 'plate', state%plate)
@@ -269,11 +268,11 @@ contains
     if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
   end subroutine get_state
 
-  !> Material and surface points, those that are there and the others: as many of each as the phase in the file has, and
-  !> not more than the bodies.
+  !> Reads active and inactive material and surface points: the numbers are those in the file, at most those of the
+  !> bodies.
   subroutine get_points(reader, group, model, state)
     type(reader_type), intent(inout) :: reader
-    !> Of the state, empty for the root.
+    !> Group of the state, empty for the root.
     character(len=*), intent(in) :: group
     type(model_type), intent(in) :: model
     type(state_type), intent(inout) :: state
@@ -303,7 +302,7 @@ contains
     call get_carried(reader, group//'/feet', state%inactive%feet)
   end subroutine get_points
 
-  !> Note when the file is not one of this program or of this deck.
+  !> Records an error if the file is not from this program or this deck.
   subroutine check_origin(reader, fingerprint)
     type(reader_type), intent(inout) :: reader
     !> Fingerprint of the resolved deck (2).

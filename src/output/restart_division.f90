@@ -1,8 +1,9 @@
-!> A restart file read by the processes of a team, each of which gets its part of the state. The cells are shared by the
-!> places of all points, of which every process looks at some; then it goes through the cells of all, block by block,
-!> and reads what the points carry that are its own or in its ring. What all processes know is read by all.
+!> Reading of a restart file by the processes of a team, each of which receives its part of the state. The cells are
+!> divided by the locations of all points, of which every process reads a share. Then every process reads the cells of
+!> all points, block by block, and the data of the points that it owns or that are in its ring. Data common to all
+!> processes are read by all.
 !>
-!> What cannot be read or be of this analysis is noted, the same on all processes.
+!> Data that cannot be read or do not belong to this analysis are recorded as an error, consistently on all processes.
 module qsmpm_restart_division
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: has_stages
@@ -34,17 +35,17 @@ module qsmpm_restart_division
 
 contains
 
-  !> Get a state of a group, and divide the model by it. What the model was is lost.
+  !> Reads a state from a group and divides the model according to it. The previous state of the model is lost.
   subroutine read_divided(reader, group, in_rows, team, most, model, error)
     type(reader_type), intent(inout) :: reader
     !> Empty for the root.
     character(len=*), intent(in) :: group
-    !> Points and nodes are rows of several processes.
+    !> Whether points and nodes are rows of several processes.
     logical, intent(in) :: in_rows
     type(team_type), intent(in) :: team
-    !> Material points of all bodies.
+    !> Number of material points of all bodies.
     integer, intent(in) :: most
-    !> Built from the same deck, whole or divided.
+    !> Model built from the same deck, whole or divided.
     type(model_type), intent(inout) :: model
     !> error_deck: there are too few cells with material.
     type(error_type), allocatable, intent(out) :: error
@@ -57,7 +58,7 @@ contains
     call enter_team(model, team)
     call drop_points(model, like)
     call get_known_to_all(reader, group, in_rows, like, model, window, nodes)
-    ! A grid that is shared in parts is looked at whole.
+    ! If the grid is divided by cells, the window is the whole grid.
     if (.not. (has_boxes(model%analysis) .or. allocated(reader%reason) .or. model%state%window == whole_of(model))) &
       call lay_window(model, whole_of(model))
     count = count_rows(reader, group//'/points/cell')
@@ -75,10 +76,10 @@ contains
     if (any_of(team, needs_refining(model))) call join_model(model, error)
   end subroutine read_divided
 
-  !> The material and surface points that are there give way to those of a file.
+  !> Removes the active material and surface points before those of a file are read.
   subroutine drop_points(model, like)
     type(model_type), intent(inout) :: model
-    !> One that carries what all of them do.
+    !> A point with the fields that all points have.
     type(points_type), intent(out) :: like
     integer :: none(0)
 
@@ -94,17 +95,17 @@ contains
     end associate
   end subroutine drop_points
 
-  !> Get what all processes know, and look at the part of the grid that it is numbered in. Cells are numbered as in the
-  !> whole grid then.
+  !> Reads the data common to all processes and sets the window in which they are numbered. Cells are then numbered in
+  !> the whole grid.
   subroutine get_known_to_all(reader, group, in_rows, like, model, window, nodes)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
     logical, intent(in) :: in_rows
     type(points_type), intent(in) :: like
     type(model_type), intent(inout) :: model
-    !> In which the file numbers its cells.
+    !> Window in which the file numbers its cells.
     type(window_type), intent(out) :: window
-    !> Nodal values where the file has rows of several processes.
+    !> Nodal values, if the file has rows of several processes.
     type(node_values_type), intent(out) :: nodes
     type(state_type) :: state
 
@@ -133,7 +134,7 @@ contains
     call number_all(model, window, whole_of(model))
   end subroutine get_known_to_all
 
-  !> Get tracers, watched places, feet and the bodies that wait.
+  !> Reads tracers, watched points, feet and inactive bodies.
   subroutine get_places(reader, group, like, model, state)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
@@ -153,11 +154,11 @@ contains
     end associate
   end subroutine get_places
 
-  !> Note where the file has other numbers of material points than the bodies.
+  !> Records an error if the number of material points differs from that of the bodies.
   subroutine count_points(reader, group, count, most, model)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
-    !> Points that are there, and those of all bodies.
+    !> Number of active points; number of points of all bodies.
     integer, intent(in) :: count, most
     type(model_type), intent(in) :: model
     integer :: all
@@ -170,15 +171,15 @@ contains
     end if
   end subroutine count_points
 
-  !> Share the cells by the points that are there, of which every process looks at as many.
+  !> Divides the cells by the active points, of which every process reads an equal number.
   subroutine share_cells(reader, name, count, window, model, short)
     type(reader_type), intent(inout) :: reader
-    !> The group of the points, and how many they are.
+    !> Group of the points; their number.
     character(len=*), intent(in) :: name
     integer, intent(in) :: count
     type(window_type), intent(in) :: window
     type(model_type), intent(inout) :: model
-    !> There are too few cells with material.
+    !> Whether there are too few cells with material.
     logical, intent(out) :: short
     integer, allocatable :: rows(:), cell(:)
     integer :: i
@@ -197,7 +198,7 @@ contains
 
   contains
 
-    !> First point that a process looks at.
+    !> Returns the first point read by a process.
     pure integer function first_of(rank)
       integer, intent(in) :: rank
 
@@ -205,8 +206,8 @@ contains
     end function first_of
   end subroutine share_cells
 
-  !> Get the points that are own or in the ring, those of several processes in the order that they have on one; their
-  !> cells are numbered as in the whole grid then.
+  !> Reads the points that are owned or in the ring, sorted if the file has rows of several processes; their cells are
+  !> then numbered in the whole grid.
   subroutine get_near(reader, group, in_rows, window, like, model)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
@@ -224,12 +225,12 @@ contains
 
   contains
 
-    !> Those of a set.
+    !> Reads the points of a set.
     subroutine get_set(name, lowest, words, ring, carried)
       character(len=*), intent(in) :: name
-      !> Lowest number of a cell.
+      !> Lowest cell number allowed.
       integer, intent(in) :: lowest
-      !> What they are.
+      !> Name of the set, for messages.
       character(len=*), intent(in) :: words
       integer, intent(in) :: ring
       class(carried_type), intent(inout) :: carried
@@ -244,19 +245,19 @@ contains
     end subroutine get_set
   end subroutine get_near
 
-  !> Rows of a set whose cells are own or in some rows of cells around these.
+  !> Finds the rows of a set whose cells are owned or within some rows of cells around these.
   subroutine find_near(reader, group, window, lowest, words, ring, model, rows, count)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
     type(window_type), intent(in) :: window
-    !> Lowest number of a cell.
+    !> Lowest cell number allowed.
     integer, intent(in) :: lowest
-    !> What they are.
+    !> Name of the set, for messages.
     character(len=*), intent(in) :: words
     integer, intent(in) :: ring
     type(model_type), intent(in) :: model
     integer, allocatable, intent(out) :: rows(:)
-    !> Of all.
+    !> Number of all rows.
     integer, intent(out) :: count
     integer, allocatable :: block(:), cell(:)
     integer :: first, i

@@ -1,8 +1,9 @@
-!> The state of a model in a restart file. Of one that is divided each process gives the rows of its own points and
-!> nodes (qsmpm_hdf5_image). Points stand in the order of the ranks, cells are numbered as in the whole grid, and nodal
-!> values stand beside the labels of their nodes, those alone that are not zero. Any number of processes reads it.
+!> The state of a model in a restart file. If the model is divided each process writes the rows of its own points and
+!> nodes (qsmpm_hdf5_image). Points are in the order of the ranks, cells are numbered in the whole grid, and nodal
+!> values are stored with the labels of their nodes, only where they are not zero. The file can be read by any number
+!> of processes.
 !>
-!> It is what rides on the mesh, what the terms keep, and where the analysis stands.
+!> The state consists of the points located in the mesh, the arrays of the terms, and the progress.
 module qsmpm_restart_rows
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: lowest_rank, spread_text
@@ -29,17 +30,17 @@ module qsmpm_restart_rows
   public :: node_values_type, put_state, put_own, share_reason, get_node_values, lay_joined, put_node_values, &
     size_set, get_carried, get_some, get_kept, get_mesh, get_progress
 
-  !> Values at nodes by their labels: reactions and released forces (dimension, labels), what terms keep.
+  !> Nodal values by node labels: reactions and released forces (dimension, labels), arrays of the terms.
   type :: node_values_type
     integer, allocatable :: labels(:)
     real(wp), allocatable :: reactions(:, :), released(:, :)
     type(kept_arrays_type) :: kept
   end type node_values_type
 
-  !> Dataset of the labels; the file of one process has none.
+  !> Dataset of the labels; absent in the file of a single process.
   character(len=*), parameter, public :: node_labels = '/mesh/node_labels'
 
-  !> A number in the file: one of the three is where it lies.
+  !> A number in the file: one of the three pointers is associated.
   type :: number_type
     character(len=24) :: name
     integer, pointer :: whole => null()
@@ -49,13 +50,13 @@ module qsmpm_restart_rows
 
 contains
 
-  !> Put a state in a group.
+  !> Writes a state to a group.
   subroutine put_state(image, group, state, rows)
     type(image_type), intent(inout) :: image
     !> Empty for the root.
     character(len=*), intent(in) :: group
     type(state_type), intent(in) :: state
-    !> Each process gives points and nodes of its own; else the first one gives all.
+    !> Whether each process writes its own points and nodes; otherwise the first one writes all.
     logical, intent(in) :: rows
 
     call put_progress(image, group//'/progress', state%progress)
@@ -79,7 +80,7 @@ contains
     call put_kept(image, group//'/terms', state%kept, rows)
   end subroutine put_state
 
-  !> Put the state of a model that is divided.
+  !> Writes the state of a divided model.
   subroutine put_own(image, model)
     type(image_type), intent(inout) :: image
     type(model_type), intent(in) :: model
@@ -91,10 +92,10 @@ contains
     call put_array(image, node_labels, labels, rows=.true.)
   end subroutine put_own
 
-  !> Take what is own of a state, and what all know.
+  !> Extracts the owned part of a state and the data common to all processes.
   subroutine take_own(model, own, labels)
     type(model_type), intent(in) :: model
-    !> Nodal values are those of the labelled nodes, coordinates are left out.
+    !> Nodal values are those of the labelled nodes; coordinates are omitted.
     type(state_type), intent(out) :: own
     integer, allocatable, intent(out) :: labels(:)
 
@@ -119,7 +120,7 @@ contains
 
   contains
 
-    !> Own points of a set.
+    !> Extracts the owned points of a set.
     subroutine take(points, own, chosen)
       class(carried_type), intent(in) :: points
       logical, intent(in) :: own(:)
@@ -130,7 +131,7 @@ contains
     end subroutine take
   end subroutine take_own
 
-  !> Places of what is marked.
+  !> Returns the indices of marked items.
   pure function places_of(marks) result(places)
     logical, intent(in) :: marks(:)
     integer, allocatable :: places(:)
@@ -139,7 +140,7 @@ contains
     places = pack([(i, i=1, size(marks))], marks)
   end function places_of
 
-  !> Take the values at own nodes, where there are any: labels, reactions, released forces, what terms keep.
+  !> Extracts the values at owned nodes, if any: labels, reactions, released forces, arrays of the terms.
   subroutine take_nodes(model, own, labels)
     type(model_type), intent(in) :: model
     type(state_type), intent(inout) :: own
@@ -164,7 +165,7 @@ contains
     end associate
   end subroutine take_nodes
 
-  !> What one process has found wrong with a file, all know: none reads on from what another one refuses.
+  !> Distributes an error found by one process to all, so that none continues to read a file that another one rejects.
   subroutine share_reason(team, reader)
     type(team_type), intent(in) :: team
     type(reader_type), intent(inout) :: reader
@@ -174,10 +175,10 @@ contains
     if (rank < team%ranks) call spread_text(team, rank, reader%reason)
   end subroutine share_reason
 
-  !> Get the nodal values of all processes.
+  !> Reads the nodal values of all processes.
   subroutine get_node_values(reader, kept, nodes)
     type(reader_type), intent(inout) :: reader
-    !> What terms keep.
+    !> Arrays of the terms.
     type(kept_arrays_type), intent(in) :: kept
     type(node_values_type), intent(out) :: nodes
     integer :: i
@@ -195,8 +196,8 @@ contains
       call note_reason(reader, 'its nodes have lost a value')
   end subroutine get_node_values
 
-  !> Look at the part of the grid that a state in rows of several processes lies in, and number its cells as there.
-  !> Points get the order that they have on one process.
+  !> Sets the window to the part of the grid occupied by a state in rows of several processes and numbers its cells
+  !> there. Points are sorted in the order of a single process.
   subroutine lay_joined(model, state)
     type(model_type), intent(inout) :: model
     type(state_type), intent(inout) :: state
@@ -210,7 +211,7 @@ contains
     state = model%state
   end subroutine lay_joined
 
-  !> Put values at the nodes of a model that have them; of the others terms keep nothing.
+  !> Sets the values at the nodes of a model that have them; arrays of the terms are zero at the others.
   subroutine put_node_values(model, nodes)
     type(model_type), intent(inout) :: model
     type(node_values_type), intent(in) :: nodes
@@ -230,12 +231,12 @@ contains
     end do
   end subroutine put_node_values
 
-  !> Put what the terms keep.
+  !> Writes the arrays of the terms.
   subroutine put_kept(image, group, kept, rows)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
     type(kept_arrays_type), intent(in) :: kept
-    !> Each process gives nodes of its own.
+    !> Whether each process writes its own nodes.
     logical, intent(in) :: rows
     integer :: i
 
@@ -246,7 +247,7 @@ contains
     end do
   end subroutine put_kept
 
-  !> Number of arrays that terms keep.
+  !> Returns the number of arrays of the terms.
   pure integer function kept_count(kept)
     type(kept_arrays_type), intent(in) :: kept
 
@@ -254,12 +255,12 @@ contains
     if (allocated(kept%list)) kept_count = size(kept%list)
   end function kept_count
 
-  !> Get what the terms keep: those of the file must be those of the analysis.
+  !> Reads the arrays of the terms: those of the file must be those of the analysis.
   subroutine get_kept(reader, group, kept, nodal)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
     type(kept_arrays_type), intent(inout) :: kept
-    !> Those too that have a column for each node.
+    !> Whether arrays with a column for each node are included.
     logical, intent(in) :: nodal
     integer :: i, found
 
@@ -272,7 +273,7 @@ contains
     end do
   end subroutine get_kept
 
-  !> Get the part of the grid, where its nodes are, and the forces at them.
+  !> Reads the part of the grid, its node coordinates and the forces at the nodes.
   subroutine get_mesh(reader, group, model, state)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
@@ -284,7 +285,7 @@ contains
     call get_array(reader, group//'/mesh/window', window)
     call note_reason(reader, window_reason(window, model))
     if (any(window /= [state%window%first, state%window%last])) then
-      ! Another part of the grid: as many nodes as it has.
+      ! Another part of the grid with another number of nodes.
       state%window = window_type(window(:3), window(4:))
       deallocate (state%coordinates, state%reactions, state%released)
     end if
@@ -294,14 +295,14 @@ contains
     if (allocated(state%reactions)) call clear_nodal(state%kept, size(state%reactions, 2))
   end subroutine get_mesh
 
-  !> Put all fields of a carried set.
+  !> Writes all fields of a set of points.
   subroutine put_carried(image, group, carried, rows)
     type(image_type), intent(inout) :: image
     !> Name of its group.
     character(len=*), intent(in) :: group
     !> The set.
     class(carried_type), intent(in), target :: carried
-    !> Each process gives some of it; else it is known to all.
+    !> Whether each process writes a part of it; otherwise it is common to all.
     logical, intent(in) :: rows
     type(field_list_type) :: list
     real(wp), allocatable :: reals(:, :)
@@ -328,11 +329,11 @@ contains
     end do
   end subroutine put_carried
 
-  !> Room for as many points as the file has in a set, or for some of them; where none are left they have carried what
-  !> others do, or there have been none.
+  !> Allocates as many points as the file has in a set, or a given number of them, with the fields of `like`, since an
+  !> empty set may have none.
   subroutine size_set(reader, group, like, carried, some)
     type(reader_type), intent(inout) :: reader
-    !> The group of the set in the file.
+    !> Group of the set in the file.
     character(len=*), intent(in) :: group
     type(points_type), intent(in) :: like
     !> Material points or surface points.
@@ -352,7 +353,7 @@ contains
     end select
   end subroutine size_set
 
-  !> Get all fields of a carried set; their sizes are those of the model.
+  !> Reads all fields of a set of points; their sizes are those of the model.
   subroutine get_carried(reader, group, carried)
     type(reader_type), intent(inout) :: reader
     !> Name of its group.
@@ -364,13 +365,13 @@ contains
     call get_some(reader, group, [(i, i=1, size(carried%cell))], size(carried%cell), carried)
   end subroutine get_carried
 
-  !> Get some of a carried set with all their fields.
+  !> Reads a part of a set of points with all their fields.
   subroutine get_some(reader, group, rows, all_rows, carried)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
-    !> Their places in the file, rising, and how many the set has.
+    !> Their indices in the file, ascending; number of points in the file.
     integer, intent(in) :: rows(:), all_rows
-    !> As many, carrying what those of the model do.
+    !> Set of the same size, with the fields of the model.
     class(carried_type), intent(inout), target :: carried
     type(field_list_type) :: list
     integer :: i, found
@@ -382,7 +383,7 @@ contains
     do i = 1, list%count
       associate (field => list%fields(i), path => group//'/'//trim(list%fields(i)%name))
         if (allocated(reader%reason) .or. size(rows) == 0) exit
-        ! What is not carried.
+        ! Fields that are not stored.
         if (field%point_count() == 0) cycle
         if (associated(field%labels)) then
           call get_rows(reader, path, rows, all_rows, field%labels)
@@ -395,11 +396,11 @@ contains
     end do
   end subroutine get_some
 
-  !> Put where the analysis stands.
+  !> Writes the progress of the analysis.
   subroutine put_progress(image, group, progress)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
-    !> Where the analysis stands.
+    !> Progress of the analysis.
     type(progress_type), intent(in), target :: progress
     type(number_type), allocatable :: list(:)
     logical, target :: has_ends
@@ -422,11 +423,11 @@ contains
     call put_array(image, group//'/end_displacement', progress%ends%displacement)
   end subroutine put_progress
 
-  !> Get where the analysis stood.
+  !> Reads the progress of the analysis.
   subroutine get_progress(reader, group, progress)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
-    !> Where the analysis stood.
+    !> Progress of the analysis.
     type(progress_type), intent(inout), target :: progress
     type(number_type), allocatable :: list(:)
     logical, target :: has_ends
@@ -448,10 +449,10 @@ contains
     if (has_ends) call get_ends(reader, group, progress)
   end subroutine get_progress
 
-  !> All numbers of the progress in the order of the file.
+  !> Lists all numbers of the progress in the order of the file.
   subroutine list_numbers(progress, has_ends, list)
     type(progress_type), intent(in), target :: progress
-    !> Whether phases have ended.
+    !> Whether there are ends of phases.
     logical, intent(in), target :: has_ends
     type(number_type), allocatable, intent(out) :: list(:)
     integer :: i
@@ -479,7 +480,7 @@ contains
     end associate
   end subroutine list_numbers
 
-  !> Get how phases have ended.
+  !> Reads the ends of phases.
   subroutine get_ends(reader, group, progress)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group

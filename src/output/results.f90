@@ -1,20 +1,20 @@
-!> Results as numbers: `results.h5` with one group a picture under /steps, the way a body fails in a safety phase under
-!> /mechanisms by the number of the phase, and the mesh under /mesh. Beside the points of a picture are the rigid
-!> bodies, the contacts and the water levels (qsmpm_surroundings).
+!> Numerical results: `results.h5` has one group per picture under /steps, failure mechanisms of safety phases under
+!> /mechanisms by the number of the phase, and the mesh under /mesh. In addition to the points, a picture contains the
+!> rigid bodies, contacts and water levels (qsmpm_surroundings).
 !>
-!> The group of each picture lives in a file of its own, `results/NNNNNN.h5`, and the mesh in
-!> `results/mesh.h5`; `results.h5` holds links to them, which every HDF5 reader follows. So each
-!> file is written once and whole, a run of any length never rewrites what it has, and a run that
-!> was interrupted and continued leaves the same bytes as one that was not.
+!> The group of each picture is in a file of its own, `results/NNNNNN.h5`, and the mesh in `results/mesh.h5`;
+!> `results.h5` contains links to them, which every HDF5 reader follows. Each file is therefore written once and
+!> completely, a run never rewrites existing results, and a run that was interrupted and continued gives the same bytes
+!> as one that was not.
 !>
-!> Of a model that is divided each process gives the rows of its own points, contacts, cells and nodes
-!> (qsmpm_hdf5_image). Points carry their `number` then beside what they carry alone.
+!> If the model is divided each process writes the rows of its own points, contacts, cells and nodes
+!> (qsmpm_hdf5_image). Points then have their `number` in addition to the other fields.
 !>
-!> Pictures of a state for ParaView: the material points as boxes of their volume (`box_corners`), each a cell with
-!> the fields of its point; the background mesh with what is in its cells.
+!> The module also writes pictures for ParaView: the material points as boxes of their volume (`box_corners`), one cell
+!> per point with its fields, and the background mesh with quantities of its cells.
 !>
-!> Of a model that is divided each process writes its own points and cells as a piece of the same file (qsmpm_vtu).
-!> Points carry their `number` then.
+!> If the model is divided each process writes its own points and cells as a piece of the same file (qsmpm_vtu). Points
+!> then have their `number`.
 module qsmpm_results
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_kinds, only: wp, long
@@ -42,31 +42,32 @@ module qsmpm_results
   public :: write_mesh_results, write_state, write_results_index, write_points_picture, write_mesh_picture, &
     box_corners
 
-  !> Folder of the parts beside results.h5.
+  !> Folder of the parts next to results.h5.
   character(len=*), parameter, public :: results_folder = 'results'
-  !> Before the number of the phase in the names of files of mechanisms.
+  !> Text before the number of the phase in the names of mechanism files.
   character(len=*), parameter, public :: mechanism_part = 'mechanism_'
 
-  !> VTK's numbers of a quadrilateral and a brick.
+  !> VTK cell types of a quadrilateral and a brick.
   integer(int8), parameter :: vtk_quad = 9_int8, vtk_brick = 12_int8
 
-  !> Corners in VTK's order, the first four in the plane.
+  !> Corners in the order of VTK, the first four for plane models.
   real(wp), parameter :: corner(3, 8) = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, &
     -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, &
     -1.0_wp, 1.0_wp, 1.0_wp], [3, 8])
 
-  !> Least side of a box over the largest, and of all [length]: points of the rule of a cut cell have sides of nothing.
+  !> Minimum ratio of a side of a box to the largest one; minimum side [length]: integration points of a cut cell have
+  !> sides of zero length.
   real(wp), parameter :: flattest = 1.0e-3_wp, smallest = 1.0e-100_wp
 
 contains
 
-  !> Write the mesh as it was built: node coordinates, cells in compressed rows, VTK cell types,
-  !> labels of the input. Processes give the nodes of their own cells, those at borders each.
+  !> Writes the mesh as built: node coordinates, cells in compressed rows, VTK cell types, labels of the input.
+  !> Processes write the nodes of their own cells; nodes at interfaces are written by each of them.
   subroutine write_mesh_results(directory, model, error)
-    !> Where the results are.
+    !> Folder of the results.
     character(len=*), intent(in) :: directory
     type(model_type), intent(in) :: model
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
     type(mesh_type) :: own
@@ -85,7 +86,7 @@ contains
     call save_image(image, part_path(directory, 'mesh'), .false., error)
   end subroutine write_mesh_results
 
-  !> Put a mesh; that of a process stands behind those of others.
+  !> Writes a mesh; the part of a process follows those of others.
   subroutine put_mesh(image, mesh)
     type(image_type), intent(inout) :: image
     type(mesh_type), intent(in) :: mesh
@@ -107,14 +108,15 @@ contains
     call put_array(image, '/mesh/cell_labels', mesh%cell_label, rows=.true.)
   end subroutine put_mesh
 
-  !> Write the fields of a state, or of the way a body fails: displacements and strains of the state are those of it.
+  !> Writes the fields of a state, or of a failure mechanism, whose displacements and strains are then those of the
+  !> state.
   subroutine write_state(directory, name, model, estimate, error)
-    !> Where the results are, and the number of the step, or that of the phase behind `mechanism_part`.
+    !> Folder of the results; number of the step, or that of the phase after `mechanism_part`.
     character(len=*), intent(in) :: directory, name
     type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
+    !> Estimated error of the stresses.
     type(stress_error_type), intent(in) :: estimate
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
 
@@ -134,7 +136,7 @@ contains
     call save_image(image, part_path(directory, name), .false., error)
   end subroutine write_state
 
-  !> Put the material points, each process its own: the fields that they carry on some process.
+  !> Writes the material points, those of each process: the fields that are stored on any process.
   subroutine put_points(image, model, estimate)
     type(image_type), intent(inout) :: image
     type(model_type), intent(in) :: model
@@ -156,7 +158,7 @@ contains
     end associate
   end subroutine put_points
 
-  !> Put a field of some points.
+  !> Writes a field of some points.
   subroutine put_field(image, field, chosen)
     type(image_type), intent(inout) :: image
     type(field_type), intent(in) :: field
@@ -177,15 +179,15 @@ contains
     end if
   end subroutine put_field
 
-  !> Write `results.h5`.
+  !> Writes `results.h5`.
   subroutine write_results_index(directory, steps, error, phases)
-    !> Where the results are.
+    !> Folder of the results.
     character(len=*), intent(in) :: directory
-    !> Steps there are results of.
+    !> Steps with results.
     integer, intent(in) :: steps(:)
-    !> Set when the file is not whole under its name.
+    !> Set when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
-    !> Number of phases, of which some may have a mechanism.
+    !> Number of phases, some of which may have a mechanism.
     integer, intent(in), optional :: phases
     type(image_type) :: image
     integer :: i
@@ -200,7 +202,7 @@ contains
     call save_image(image, directory//'/results.h5', .false., error)
   end subroutine write_results_index
 
-  !> Links to the mechanisms there are: a run that is continued finds those of the steps before.
+  !> Adds links to the existing mechanisms; in a continued run these include those of earlier steps.
   subroutine put_mechanisms(image, directory, phases)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: directory
@@ -218,24 +220,24 @@ contains
     end do
   end subroutine put_mechanisms
 
-  !> File of one part.
+  !> Returns the file of one part.
   pure function part_path(directory, name) result(path)
-    !> Where the results are.
+    !> Folder of the results.
     character(len=*), intent(in) :: directory, name
     character(len=:), allocatable :: path
 
     path = directory//'/'//results_folder//'/'//name//'.h5'
   end function part_path
 
-  !> Write the material points.
+  !> Writes the picture of the material points.
   subroutine write_points_picture(directory, name, model, estimate, error)
     character(len=*), intent(in) :: directory
-    !> Name of the file without its ending.
+    !> File name without extension.
     character(len=*), intent(in) :: name
     type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
+    !> Estimated error of the stresses.
     type(stress_error_type), intent(in) :: estimate
-    !> Set when a file is not whole under its name.
+    !> Set when a file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     type(vtu_type) :: vtu
     type(field_list_type) :: list
@@ -247,7 +249,7 @@ contains
       own = pack([(i, i=1, points%count)], own_of(model%part%points, points%count))
       n = 2**model%mesh%dimension
       call start_vtu(vtu, size(own)*n, size(own))
-      ! The largest array comes first, while nothing else is held.
+      ! The largest array is built first, while no other memory is allocated.
       call box_corners(model, corners)
       if (is_divided(model%part)) corners = corners(:, [((n*(own(i) - 1) + k, k=1, n), i=1, size(own))])
       call add_array(vtu, section_points, 'corners', corners)
@@ -259,14 +261,14 @@ contains
           call add_field(vtu, list%fields(i), own)
       end do
     end associate
-    ! One cell a point, with corners of its own.
+    ! One cell per point, with its own corners.
     call add_array(vtu, section_cells, 'connectivity', [(i, i=0, size(own)*n - 1)])
     call add_array(vtu, section_cells, 'offsets', [(i*n, i=1, size(own))])
     call add_array(vtu, section_cells, 'types', [(merge(vtk_quad, vtk_brick, n == 4), i=1, size(own))])
     call write_vtu(vtu, directory//'/'//name//'.vtu', model%part%team, error)
   end subroutine write_points_picture
 
-  !> A field of some points.
+  !> Adds a field of some points.
   subroutine add_field(vtu, field, chosen)
     type(vtu_type), intent(inout) :: vtu
     type(field_type), intent(in) :: field
@@ -281,13 +283,13 @@ contains
     end if
   end subroutine add_field
 
-  !> Write the background mesh at its present coordinates. Pieces have the nodes at their borders each.
+  !> Writes the background mesh at its current coordinates. Nodes at the interface of pieces are in each of them.
   subroutine write_mesh_picture(directory, name, model, error)
     character(len=*), intent(in) :: directory
-    !> Name of the file without its ending.
+    !> File name without extension.
     character(len=*), intent(in) :: name
     type(model_type), intent(in) :: model
-    !> Set when a file is not whole under its name.
+    !> Set when a file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     type(vtu_type) :: vtu
     type(mesh_type) :: own
@@ -318,7 +320,7 @@ contains
     call write_vtu(vtu, directory//'/'//name//'.vtu', model%part%team, error)
   end subroutine write_mesh_picture
 
-  !> The cells of a mesh; its node order is VTK's.
+  !> Adds the cells of a mesh, whose node order is that of VTK.
   subroutine add_mesh_cells(vtu, mesh)
     !> The picture.
     type(vtu_type), intent(inout) :: vtu
@@ -330,10 +332,10 @@ contains
     call add_array(vtu, section_cells, 'types', [(int(vtk_type(mesh%cell_kind(c)), int8), c=1, mesh%cell_count)])
   end subroutine add_mesh_cells
 
-  !> Places of the corners of boxes as large as the volumes of their points, those of a point behind each other: four a
-  !> point in the plane, eight in space. Sides are those with which the point was laid out, times the stretch
-  !> (b_ii)^1/2 where points carry their strain, then all of them by one factor to the present volume. A point without
-  !> sides (image of a smaller model, rule of a cut cell) has a cube.
+  !> Returns the corners of boxes with the volumes of the points, point by point: four per point in plane models, eight
+  !> in 3D. The sides are the initial ones times the stretch (b_ii)^1/2 if points store their strain, scaled by a
+  !> common factor to the current volume. A point without sides (image of a reduced model, integration point of a cut
+  !> cell) is a cube.
   pure subroutine box_corners(model, places)
     type(model_type), intent(in) :: model
     !> (3, corners)
@@ -353,7 +355,7 @@ contains
     end associate
   end subroutine box_corners
 
-  !> Half the sides of the box of a point, the third 0 in the plane.
+  !> Returns half the sides of the box of a point; the third is 0 in plane models.
   pure function half_sides(model, p) result(half)
     type(model_type), intent(in) :: model
     !> Number of the point.

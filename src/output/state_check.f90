@@ -1,5 +1,5 @@
-!> Whether a state that was read from a file can be one of a model: numbers that count or point are in their ranges,
-!> reals are finite. A state that fails here would index beyond an array, or hold numbers that no step has written.
+!> Checks whether a state read from a file is valid for a model: counts and indices are in range, reals are finite. An
+!> invalid state would index beyond an array, or contains values that no step has written.
 module qsmpm_state_check
   use qsmpm_kinds, only: wp
   use qsmpm_mesh_description, only: mesh_grid
@@ -22,12 +22,12 @@ module qsmpm_state_check
 
 contains
 
-  !> What of a state cannot be; empty when all can.
+  !> Returns what is invalid in a state; empty if it is valid.
   function check_state(state, model, window) result(reason)
     type(state_type), intent(in) :: state
     !> A model built from the same deck.
     type(model_type), intent(in) :: model
-    !> In which the cells are numbered; that of the state unless given.
+    !> Window in which the cells are numbered; by default that of the state.
     type(window_type), intent(in), optional :: window
     character(len=:), allocatable :: reason
     integer :: cells, i
@@ -53,13 +53,13 @@ contains
     if (len(reason) > 0) reason = reason//misfit
   end function check_state
 
-  !> What is wrong with the cells that places are in; empty when nothing is.
+  !> Returns what is invalid in the cells of points; empty if they are valid.
   pure function places_reason(cell, lowest, window, model, what) result(reason)
-    !> Numbers in a window, and the lowest there may be.
+    !> Cell numbers in a window; lowest number allowed.
     integer, intent(in) :: cell(:), lowest
     type(window_type), intent(in) :: window
     type(model_type), intent(in) :: model
-    !> What they are of.
+    !> Name of the set, for the message.
     character(len=*), intent(in) :: what
     character(len=:), allocatable :: reason
 
@@ -67,7 +67,7 @@ contains
     if (any(cell < lowest .or. cell > cell_count(window, model))) reason = what//misfit
   end function places_reason
 
-  !> What is wrong with a part of the grid; empty when nothing is.
+  !> Returns what is invalid in a part of the grid; empty if it is valid.
   pure function window_reason(window, model) result(reason)
     !> First and last cells along each axis (6).
     integer, intent(in) :: window(:)
@@ -85,7 +85,7 @@ contains
     if (.not. good) reason = 'the part of the grid in it is none'
   end function window_reason
 
-  !> Cells of the mesh that a part of the grid is.
+  !> Returns the number of mesh cells in a part of the grid.
   pure integer function cell_count(window, model)
     type(window_type), intent(in) :: window
     type(model_type), intent(in) :: model
@@ -95,7 +95,7 @@ contains
       cell_count = product(cells_of(window))*pieces_of(grid_of(model%analysis))
   end function cell_count
 
-  !> Whether an analysis of some phases can stand there.
+  !> Returns whether the progress is possible for the phases.
   pure logical function progress_good(progress, phases)
     type(progress_type), intent(in) :: progress
     integer, intent(in) :: phases
@@ -112,7 +112,7 @@ contains
       search_good(progress, phases) .and. ends_good(progress, phases)
   end function progress_good
 
-  !> Whether factors of strength can be those of safety phases.
+  !> Returns whether strength factors are possible for safety phases.
   pure logical function search_good(progress, phases)
     type(progress_type), intent(in) :: progress
     integer, intent(in) :: phases
@@ -128,7 +128,7 @@ contains
       minval(progress%factors) >= 0.0_wp .and. maxval(progress%factors(1, :)) <= real(phases, wp)
   end function search_good
 
-  !> Whether phases can have ended so.
+  !> Returns whether the ends of phases are possible.
   pure logical function ends_good(progress, phases)
     type(progress_type), intent(in) :: progress
     integer, intent(in) :: phases
@@ -140,7 +140,7 @@ contains
       all(progress%ends%fraction >= 0.0_wp .and. progress%ends%fraction <= 1.0_wp)
   end function ends_good
 
-  !> Whether compliances and shares can be those of a phase.
+  !> Returns whether compliances and load fractions are possible for a phase.
   pure logical function limit_good(limit)
     type(limit_load_type), intent(in) :: limit
 
@@ -149,7 +149,7 @@ contains
       maxval([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee]) <= 1.0_wp
   end function limit_good
 
-  !> Whether all fields are finite and the places in cells of the mesh.
+  !> Returns whether all fields are finite and the points are in cells of the mesh.
   logical function carried_good(carried, first_cell, last_cell)
     class(carried_type), intent(in), target :: carried
     integer, intent(in) :: first_cell, last_cell
@@ -164,7 +164,7 @@ contains
     end do
   end function carried_good
 
-  !> Whether watched places are of sets and components that there are.
+  !> Returns whether watched points refer to existing sets and components.
   logical function watched_good(watched, last_cell, model)
     type(watched_points_type), intent(in) :: watched
     integer, intent(in) :: last_cell
@@ -176,7 +176,7 @@ contains
       watched_good = watched_good .and. all(watched%set <= size(model%mesh%node_sets))
   end function watched_good
 
-  !> Whether what is kept of bodies that are not there can be.
+  !> Returns whether the data of inactive bodies are possible.
   logical function inactive_good(inactive, last_cell, model)
     type(inactive_points_type), intent(in) :: inactive
     integer, intent(in) :: last_cell
@@ -191,7 +191,7 @@ contains
     inactive_good = all(good) .and. points_good(inactive%points, model) .and. points_good(inactive%unloading, model)
   end function inactive_good
 
-  !> Whether material points are of bodies and materials that there are, and have volumes and stretches.
+  !> Returns whether material points refer to existing bodies and materials and have valid volumes and stretches.
   pure logical function points_good(points, model)
     type(points_type), intent(in) :: points
     type(model_type), intent(in) :: model

@@ -1,15 +1,14 @@
-!> `curves.csv`: one row an accepted step, first line `name [unit]`.
+!> Writes `curves.csv`: one row per accepted step; the first line has `name [unit]`.
 !>
-!> Rows are brought to the file one by one and are whole whenever the program ends. They are the same
-!> bytes in every run of a deck; a run that continues another cuts the file back to the rows of the
-!> state it starts from.
+!> Rows are written one by one and are complete whenever the program ends. They are identical in every run of a deck; a
+!> run that continues another truncates the file to the rows of the state from which it starts.
 !>
-!> The phases of a run in a table at the end of the log, and for programs in `summary.json`: how each has ended, the
-!> load factor it reached, steps, iterations, the worst residual, the largest displacement and the histories at its end.
+!> Also writes the table of phases at the end of the log and in `summary.json`: how each phase has ended, the load
+!> factor reached, steps, iterations, the largest residual, the largest displacement and the histories at its end.
 !>
-!> Steps, iterations, residuals and histories are those of `curves.csv`; how phases have ended is part of the state.
-!> So the summary of a run that was interrupted and continued has the same bytes. The limit load of the last phase that
-!> has one stands in `limit_load.json`.
+!> Steps, iterations, residuals and histories are those of `curves.csv`; the ends of phases are part of the state. The
+!> summary of a run that was interrupted and continued is therefore identical. The limit load of the last phase that
+!> has one is written to `limit_load.json`.
 module qsmpm_summary
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: analysis_type, axisymmetric, three_dimensional
@@ -37,11 +36,11 @@ module qsmpm_summary
   character(len=10), parameter :: reasons(0:4) = [character(len=10) :: 'not ended', 'whole load', 'limit load', &
     'stop', 'lost']
 
-  !> A phase by the rows of the curves.
+  !> Data of a phase from the rows of the curves.
   type :: phase_row_type
     integer :: steps = 0, iterations = 0
     real(wp) :: load_factor = 0.0_wp
-    !> Largest out of balance of its steps.
+    !> Largest residual of its steps.
     real(wp) :: out_of_balance = 0.0_wp
     !> Histories in its last row.
     real(wp), allocatable :: histories(:)
@@ -49,14 +48,14 @@ module qsmpm_summary
 
 contains
 
-  !> Begin the table.
+  !> Starts the table.
   subroutine begin_curves(file, directory, analysis, shares, error)
-    !> The table.
+    !> File of the table.
     type(file_type), intent(out) :: file
-    !> Where it stands.
+    !> Folder of the table.
     character(len=*), intent(in) :: directory
     type(analysis_type), intent(in) :: analysis
-    !> Columns of the shares of terms, a comma in front of each.
+    !> Column names of the shares of terms, each preceded by a comma.
     character(len=*), intent(in) :: shares
     !> Set when it cannot be written.
     type(error_type), allocatable, intent(out) :: error
@@ -67,14 +66,14 @@ contains
     call flush_file(file, error)
   end subroutine begin_curves
 
-  !> Go on with the table behind the row of a step; without a table one is begun.
+  !> Continues the table after the row of a step; a new table is started if there is none.
   subroutine continue_curves(file, directory, analysis, shares, step, error)
-    !> The table.
+    !> File of the table.
     type(file_type), intent(out) :: file
-    !> Where it stands.
+    !> Folder of the table.
     character(len=*), intent(in) :: directory
     type(analysis_type), intent(in) :: analysis
-    !> Columns of the shares of terms, a comma in front of each.
+    !> Column names of the shares of terms, each preceded by a comma.
     character(len=*), intent(in) :: shares
     !> Accepted steps so far, each of which has a row.
     integer, intent(in) :: step
@@ -99,7 +98,7 @@ contains
     call append_file(file, directory//file_name, length, error)
   end subroutine continue_curves
 
-  !> Bytes of the first lines of a text, 0 when it has fewer.
+  !> Returns the number of bytes of the first lines of a text, 0 if it has fewer.
   pure integer(long) function length_of_lines(text, count)
     character(len=*), intent(in) :: text
     !> Number of lines.
@@ -117,9 +116,9 @@ contains
     end do
   end function length_of_lines
 
-  !> Add the row of an accepted step.
+  !> Appends the row of an accepted step.
   subroutine append_row(file, model, record, error)
-    !> The table.
+    !> File of the table.
     type(file_type), intent(inout) :: file
     type(model_type), intent(in) :: model
     type(step_record_type), intent(in) :: record
@@ -152,10 +151,10 @@ contains
     call flush_file(file, error)
   end subroutine append_row
 
-  !> The first line, without its end.
+  !> Returns the header line, without its end.
   pure function curves_header(analysis, shares) result(header)
     type(analysis_type), intent(in) :: analysis
-    !> Columns of the shares of terms, a comma in front of each.
+    !> Column names of the shares of terms, each preceded by a comma.
     character(len=*), intent(in) :: shares
     character(len=:), allocatable :: header
     integer :: i
@@ -174,11 +173,11 @@ contains
       column('internal_work', work_unit(analysis))
   end function curves_header
 
-  !> Head of a column.
+  !> Returns the heading of a column.
   pure function column(name, unit) result(text)
-    !> Its name; commas and quotes become blanks, so that a row has a number for each comma.
+    !> Its name; commas and quotes are replaced by blanks, so that commas only separate columns.
     character(len=*), intent(in) :: name
-    !> Its unit, empty for a number without one.
+    !> Its unit, empty for a dimensionless number.
     character(len=*), intent(in) :: unit
     character(len=:), allocatable :: text
     integer :: i
@@ -190,7 +189,7 @@ contains
     end do
   end function column
 
-  !> Whether soil and rigid bodies may touch.
+  !> Returns whether the analysis has contact between soil and rigid bodies.
   pure logical function has_contacts(analysis)
     type(analysis_type), intent(in) :: analysis
 
@@ -198,7 +197,7 @@ contains
     if (allocated(analysis%contacts)) has_contacts = size(analysis%contacts) > 0
   end function has_contacts
 
-  !> Unit of lengths.
+  !> Returns the unit of length.
   pure function length_unit(analysis) result(unit)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: unit
@@ -207,14 +206,14 @@ contains
     if (has_units(analysis)) unit = analysis%length_unit
   end function length_unit
 
-  !> Unit of work.
+  !> Returns the unit of work.
   pure function work_unit(analysis) result(unit)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: unit, text
 
     unit = ''
     if (.not. has_units(analysis)) return
-    ! What a force is divided by in the model: nothing, the thickness, a radian.
+    ! Reference of a force in the model: none, the thickness, a radian.
     if (analysis%model == three_dimensional) then
       text = ''
     else if (analysis%model == axisymmetric) then
@@ -225,7 +224,7 @@ contains
     unit = analysis%force_unit//' '//analysis%length_unit//text
   end function work_unit
 
-  !> Whether the deck names its units.
+  !> Returns whether the deck defines its units.
   pure logical function has_units(analysis)
     type(analysis_type), intent(in) :: analysis
 
@@ -233,14 +232,14 @@ contains
     if (has_units) has_units = len(analysis%length_unit) > 0 .and. len(analysis%force_unit) > 0
   end function has_units
 
-  !> Write summary.json.
+  !> Writes summary.json.
   subroutine write_summary(directory, analysis, model, error, outcome)
-    !> Of the run, with its curves.
+    !> Folder of the run with its curves.
     character(len=*), intent(in) :: directory
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
-    !> What ended the run before its end.
+    !> Error that ended the run early.
     type(error_type), intent(in), optional :: outcome
     type(phase_row_type) :: rows(size(analysis%phases))
     character(len=:), allocatable :: text
@@ -258,11 +257,11 @@ contains
     call write_text(directory//'/'//summary_file, text, error)
   end subroutine write_summary
 
-  !> How a phase has ended. One whose loss ends the run has no end of its own: the step can be tried again.
+  !> Returns the end of a phase. A phase whose failure ends the run has no end: its step can be repeated.
   pure type(phase_end_type) function shown_end(model, phase, outcome) result(ended)
     type(model_type), intent(in) :: model
     integer, intent(in) :: phase
-    !> What ended the run before its end.
+    !> Error that ended the run early.
     type(error_type), intent(in), optional :: outcome
 
     ended = end_of_phase(model%state%progress, phase)
@@ -270,15 +269,15 @@ contains
     if (is_loss(outcome)) ended%reason = ended_by_loss
   end function shown_end
 
-  !> A phase as an object.
+  !> Returns a phase as a JSON object.
   pure function phase_json(analysis, phase, row, ended, factor, start) result(text)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: phase
     type(phase_row_type), intent(in) :: row
     type(phase_end_type), intent(in) :: ended
-    !> Factor of safety: stable and lost; zeros for none.
+    !> Factor of safety: stable and failed value; zeros for none.
     real(wp), intent(in) :: factor(2)
-    !> Further members, each behind a comma.
+    !> Further members, each preceded by a comma.
     character(len=*), intent(in) :: start
     character(len=:), allocatable :: text
     integer :: i
@@ -299,7 +298,7 @@ contains
     text = text//'}}'
   end function phase_json
 
-  !> Largest displacement of a first phase with K0 stresses over gamma H^2/M; nothing for others.
+  !> Returns the largest displacement of a first phase with K0 stresses relative to gamma H^2/M; empty for others.
   pure function start_json(model, phase) result(text)
     type(model_type), intent(in) :: model
     integer, intent(in) :: phase
@@ -310,12 +309,12 @@ contains
       real_text(start_move(model%state%progress))
   end function start_json
 
-  !> How a phase has ended, in words.
+  !> Returns how a phase has ended, as text.
   pure function reason_of(ended, steps, factor) result(words)
     type(phase_end_type), intent(in) :: ended
-    !> Its steps.
+    !> Number of its steps.
     integer, intent(in) :: steps
-    !> Factor of safety; zeros for none.
+    !> Factor of safety (stable, failed); zeros for none.
     real(wp), intent(in) :: factor(2)
     character(len=10) :: words
 
@@ -324,7 +323,7 @@ contains
     if (factor(1) > 0.0_wp .and. ended%reason == ended_by_load) words = 'factor'
   end function reason_of
 
-  !> Name of a phase; its number where a program has given it none.
+  !> Returns the name of a phase, or its number if it has no name.
   pure function name_of(analysis, phase) result(name)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: phase
@@ -334,7 +333,7 @@ contains
     if (allocated(analysis%phases(phase)%name)) name = analysis%phases(phase)%name
   end function name_of
 
-  !> The phase that a phase starts from, where the deck names it.
+  !> Returns the parent of a phase, if the deck names it.
   pure function parent_json(analysis, phase) result(text)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: phase
@@ -345,7 +344,7 @@ contains
     if (len(analysis%phases(phase)%parent) > 0) text = '"parent": '//json_string(analysis%phases(phase)%parent)//', '
   end function parent_json
 
-  !> The factor, where there is one: stable and lost, the latter null where it is at least the former.
+  !> Returns the factor of safety, if any: stable and failed value, the latter null if failure was not found.
   pure function factor_json(factor) result(text)
     real(wp), intent(in) :: factor(2)
     character(len=:), allocatable :: text
@@ -356,7 +355,7 @@ contains
     if (factor(2) > 0.0_wp) text = '"factor": ['//real_text(factor(1))//', '//real_text(factor(2))//'], '
   end function factor_json
 
-  !> The limit load of the phase that has ended.
+  !> Returns the limit load of the phase that has ended.
   pure function limit_json(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -370,15 +369,15 @@ contains
     end associate
   end function limit_json
 
-  !> The table for the log, a line a phase.
+  !> Returns the table for the log, one line per phase.
   subroutine summary_table(directory, analysis, model, text, error, outcome)
-    !> Of the run, with its curves.
+    !> Folder of the run with its curves.
     character(len=*), intent(in) :: directory
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(in) :: model
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
-    !> What ended the run before its end.
+    !> Error that ended the run early.
     type(error_type), intent(in), optional :: outcome
     type(phase_row_type) :: rows(size(analysis%phases))
     type(phase_end_type) :: ended
@@ -399,9 +398,9 @@ contains
     end do
   end subroutine summary_table
 
-  !> A factor of safety in the table: a bracket where the soil was seen to give way, else the least that it is.
+  !> Returns a factor of safety for the table: an interval if failure was observed, otherwise a lower bound.
   pure function factor_text(factor) result(text)
-    !> Stable and lost.
+    !> Stable and failed value.
     real(wp), intent(in) :: factor(2)
     character(len=:), allocatable :: text
 
@@ -411,7 +410,7 @@ contains
     if (factor(2) > 0.0_wp) text = '  '//rounded_text(factor(1), 5)//' to '//rounded_text(factor(2), 5)
   end function factor_text
 
-  !> A line of the table.
+  !> Returns a line of the table.
   pure function line_of(name, ended, load, steps, iterations, residual, displacement) result(line)
     character(len=*), intent(in) :: name, ended, load, steps, iterations, residual, displacement
     character(len=:), allocatable :: line
@@ -422,7 +421,7 @@ contains
       padded(residual, 11)//padded(displacement, 14)
   end function line_of
 
-  !> A word at the right of so many places.
+  !> Returns a word aligned at the right of a field.
   pure function padded(word, places) result(text)
     character(len=*), intent(in) :: word
     integer, intent(in) :: places
@@ -431,7 +430,7 @@ contains
     text = repeat(' ', max(1, places - len_trim(word)))//trim(word)
   end function padded
 
-  !> The phases by the rows of the curves.
+  !> Reads the phases from the rows of the curves.
   subroutine read_rows(directory, analysis, rows, error)
     character(len=*), intent(in) :: directory
     type(analysis_type), intent(in) :: analysis
@@ -451,11 +450,11 @@ contains
     end do
   end subroutine read_rows
 
-  !> Take a row of the curves to its phase: phase, step, load factor, iterations and residual come first, histories
-  !> before the two works that come last.
+  !> Adds a row of the curves to its phase: phase, step, load factor, iterations and residual are the first columns;
+  !> the histories precede the last two columns, which are the works.
   subroutine add_row(line, histories, rows)
     character(len=*), intent(in) :: line
-    !> Their number.
+    !> Number of histories.
     integer, intent(in) :: histories
     type(phase_row_type), intent(inout) :: rows(:)
     type(string_type), allocatable :: cells(:)

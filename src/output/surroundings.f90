@@ -1,15 +1,17 @@
-!> What pictures show beside the material points: rigid bodies in their pose, pressure and shear of the contacts,
-!> water levels. Groups of a step in `results.h5`, there where the scene has any:
+!> Content of pictures in addition to the material points: rigid bodies in their current position, pressure and shear
+!> stress of the contacts, water levels. They are groups of a step in `results.h5`, present if the scene has such
+!> items:
 !>
 !>   rigid_bodies/BBBBBB   body of that number: `pose` (displacement, rotation as axis times angle in radians), `force`
-!>                         (force and moment of the soil on it), and `outline` (corners, 3) in the plane; `plane` (a
-!>                         point and the normal, 3); in space `ball` (centre and radius)
+!>                         (force and moment of the soil on it), and `outline` (corners, 3) in plane models; `plane` (a
+!>                         point and the normal, 3); in 3D `ball` (centre and radius)
 !>   contacts              surface points that may touch a body, and contact points of bodies (surface 0): `position`,
-!>                         `normal` of the soil, `extent` (length in the plane, area in space), `pressure`, `shear`,
+!>                         `normal` of the soil, `extent` (length in plane models, area in 3D), `pressure`, `shear`,
 !>                         `slip`, `surface` and `body` by number
-!>   water/NNNNNN          corners of a level, from end to end of the mesh, or of the body whose own it is
+!>   water/NNNNNN          vertices of a level, between the ends of the mesh, or of the body to which it belongs
 !>
-!> Of a model that is divided all processes put the same but for the rows of contacts, of which each has its own.
+!> If the model is divided all processes write the same data, except for the rows of contacts, of which each writes its
+!> own.
 module qsmpm_surroundings
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -30,7 +32,7 @@ module qsmpm_surroundings
 
   public :: put_surroundings
 
-  !> Places of contact as pictures show them (3, places), (places).
+  !> Contact points in pictures (3, points), (points).
   type :: contact_picture_type
     real(wp), allocatable :: position(:, :), normal(:, :), extent(:), pressure(:), shear(:, :), slip(:, :)
     integer, allocatable :: surface(:), body(:)
@@ -38,10 +40,10 @@ module qsmpm_surroundings
 
 contains
 
-  !> Put all there is below a group.
+  !> Writes all items below a group.
   subroutine put_surroundings(image, group, model)
     type(image_type), intent(inout) :: image
-    !> The group of the step.
+    !> Group of the step.
     character(len=*), intent(in) :: group
     type(model_type), intent(in) :: model
 
@@ -55,7 +57,7 @@ contains
     call put_water(image, group//'/water', model)
   end subroutine put_surroundings
 
-  !> Rigid bodies where they are.
+  !> Writes the rigid bodies in their current position.
   subroutine put_bodies(image, group, model)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
@@ -88,18 +90,18 @@ contains
     end do
   end subroutine put_bodies
 
-  !> Where a place that rides on a body is.
+  !> Returns the current location of a point of a rigid body.
   pure function carried(model, body, place)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
-    !> As drawn.
+    !> Initial location.
     real(wp), intent(in) :: place(3)
     real(wp) :: carried(3)
 
     carried = carry_along(model%rigid_shapes(body)%reference, rigid_pose_type(), pose_of(model, body), place)
   end function carried
 
-  !> Corners of a body in the plane, where it is; in axisymmetry of the half beside the axis.
+  !> Returns the current corners of a body in a plane model; in axisymmetry of the half at positive radius.
   subroutine body_outline(model, body, corners)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -116,7 +118,7 @@ contains
     if (model%analysis%model == axisymmetric) corners(1, :) = max(0.0_wp, corners(1, :))
   end subroutine body_outline
 
-  !> Diagonal of the mesh.
+  !> Returns the diagonal of the mesh.
   real(wp) function extent_of_mesh(model) result(extent)
     type(model_type), intent(in) :: model
     real(wp) :: sides(model%mesh%dimension)
@@ -128,7 +130,8 @@ contains
     extent = norm2(sides)
   end function extent_of_mesh
 
-  !> Surface points that may touch a body, own ones, and on one process the contact points of the bodies behind them.
+  !> Writes the owned surface points in contact pairs and, on one process, the contact points of the rigid bodies after
+  !> them.
   subroutine put_contacts(image, group, model)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
@@ -147,7 +150,7 @@ contains
     call put_array(image, group//'/body', picture%body, rows=.true.)
   end subroutine put_contacts
 
-  !> What is shown of surface points.
+  !> Returns the picture data of surface points.
   subroutine picture_surfaces(model, picture)
     type(model_type), intent(in) :: model
     type(contact_picture_type), intent(out) :: picture
@@ -182,7 +185,8 @@ contains
     end associate
   end subroutine picture_surfaces
 
-  !> What is shown of the contact points of the bodies: their surface is 0, their normal that of the soil.
+  !> Returns the picture data of the contact points of the bodies: their surface is 0, their normal is that of the
+  !> soil.
   subroutine picture_outlines(model, picture)
     type(model_type), intent(in) :: model
     type(contact_picture_type), intent(inout) :: picture
@@ -210,7 +214,7 @@ contains
     picture%body = [picture%body, model%contact_pairs(points%pair)%body]
   end subroutine picture_outlines
 
-  !> Water levels, each once.
+  !> Writes the water levels, each once.
   subroutine put_water(image, group, model)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group

@@ -1,8 +1,9 @@
-!> VTK unstructured grids (.vtu): an XML head and the arrays behind it as raw bytes, each with its
-!> length in a 64-bit integer before it.
+!> VTK unstructured grids (.vtu): an XML header followed by the arrays as raw bytes, each preceded by its length as a
+!> 64-bit integer.
 !>
-!> The picture writes its arrays when it is complete. The four sections are those of the file format; positions and
-!> cells must be given. Each process of a team writes a piece of the picture, with nodes at the borders of its own.
+!> Arrays are written when the picture is complete. The four sections are those of the file format; positions and cells
+!> are required. Each process of a team writes a piece of the picture; nodes at the interface of pieces are in each of
+!> them.
 module qsmpm_vtu
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
@@ -17,20 +18,20 @@ module qsmpm_vtu
 
   public :: vtu_type, start_vtu, add_array, write_vtu
 
-  !> Sections of the file, in its order.
+  !> Sections of the file, in their order.
   integer, parameter, public :: section_point_data = 1, section_cell_data = 2, section_points = 3, section_cells = 4
   character(len=*), parameter :: section_name(4) = [character(len=9) :: 'PointData', 'CellData', 'Points', 'Cells']
-  !> Most arrays of a picture.
+  !> Maximum number of arrays of a picture.
   integer, parameter :: most_arrays = 256
 
-  !> One array: its section, what its tag says of it, its bytes.
+  !> An array: its section, the attributes of its tag, its bytes.
   type :: array_type
     integer :: section = 0
     character(len=:), allocatable :: words
     integer(int8), allocatable :: bytes(:)
   end type array_type
 
-  !> A picture that is being put together.
+  !> A picture under construction.
   type :: vtu_type
     integer :: point_count = 0
     integer :: cell_count = 0
@@ -38,14 +39,14 @@ module qsmpm_vtu
     type(array_type) :: arrays(most_arrays)
   end type vtu_type
 
-  !> Add an array to a section (section_*): reals (components, n), the others (n).
+  !> Adds an array to a section (section_*): reals (components, n), the others (n).
   interface add_array
     module procedure :: add_reals, add_integers, add_longs, add_bytes
   end interface add_array
 
 contains
 
-  !> Begin a picture.
+  !> Starts a picture.
   subroutine start_vtu(vtu, point_count, cell_count)
     !> The picture.
     type(vtu_type), intent(out) :: vtu
@@ -56,7 +57,7 @@ contains
     vtu%cell_count = cell_count
   end subroutine start_vtu
 
-  !> Add reals.
+  !> Adds a real array.
   subroutine add_reals(vtu, section, name, values)
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section
@@ -66,7 +67,7 @@ contains
     call add(vtu, section, name, 'Float64', size(values, 1), 8*size(values, kind=long), c_loc(values))
   end subroutine add_reals
 
-  !> Add integers.
+  !> Adds an integer array.
   subroutine add_integers(vtu, section, name, values)
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section
@@ -76,7 +77,7 @@ contains
     call add(vtu, section, name, 'Int32', 1, 4*size(values, kind=long), c_loc(values))
   end subroutine add_integers
 
-  !> Add long integers.
+  !> Adds a long integer array.
   subroutine add_longs(vtu, section, name, values)
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section
@@ -86,7 +87,7 @@ contains
     call add(vtu, section, name, 'Int64', 1, 8*size(values, kind=long), c_loc(values))
   end subroutine add_longs
 
-  !> Add bytes.
+  !> Adds a byte array.
   subroutine add_bytes(vtu, section, name, values)
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section
@@ -96,13 +97,13 @@ contains
     call add(vtu, section, name, 'UInt8', 1, 1*size(values, kind=long), c_loc(values))
   end subroutine add_bytes
 
-  !> Add the bytes of an array.
+  !> Adds the bytes of an array.
   subroutine add(vtu, section, name, kind, components, count, address)
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section, components
-    !> Of the array, and VTK's name of its type.
+    !> Name of the array; VTK's name of its type.
     character(len=*), intent(in) :: name, kind
-    !> How many, and where they are, where there are any.
+    !> Number of bytes; their address, if there are any.
     integer(long), intent(in) :: count
     type(c_ptr), intent(in) :: address
     integer(int8), pointer, contiguous :: bytes(:)
@@ -119,16 +120,15 @@ contains
     end associate
   end subroutine add
 
-  !> Write the picture: what tells of all pieces, then their bytes. A process without a cell has no piece in that of a
-  !> team.
+  !> Writes the picture: the XML of all pieces, then their bytes. In a team, a process without cells has no piece.
   subroutine write_vtu(vtu, path, team, error)
     !> The picture, or the piece of this process.
     type(vtu_type), intent(in) :: vtu
     !> Name of the file.
     character(len=*), intent(in) :: path
-    !> Who has a piece.
+    !> Processes that have a piece.
     type(team_type), intent(in) :: team
-    !> The same on all processes: the file is not whole under its name.
+    !> Set consistently on all processes when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     type(shared_file_type) :: shared
     character(len=:), allocatable :: head, piece, middle, tail
@@ -164,7 +164,7 @@ contains
 
   contains
 
-    !> A text that the first process writes.
+    !> Returns the text on the first process, otherwise an empty text.
     pure function of_first(text) result(own)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: own
@@ -173,11 +173,11 @@ contains
     end function of_first
   end subroutine write_vtu
 
-  !> The XML of a piece; nothing where it has no arrays.
+  !> Returns the XML of a piece; empty if it has no arrays.
   pure function piece_text(vtu, arrays, before) result(text)
     type(vtu_type), intent(in) :: vtu
     integer, intent(in) :: arrays
-    !> Bytes of the pieces before.
+    !> Bytes of the previous pieces.
     integer(long), intent(in) :: before
     character(len=:), allocatable :: text
     integer(long) :: offset
@@ -201,7 +201,7 @@ contains
     text = text//'    </Piece>'//newline
   end function piece_text
 
-  !> Names of the components of a tensor: VTK's own order of the last two is another one.
+  !> Returns the component names of a tensor, since VTK's default order of the last two differs.
   pure function names_of(components) result(text)
     integer, intent(in) :: components
     character(len=:), allocatable :: text
@@ -215,7 +215,7 @@ contains
     end do
   end function names_of
 
-  !> Write the length and the bytes of an array.
+  !> Writes the length and the bytes of an array.
   subroutine put_array(shared, bytes)
     type(shared_file_type), intent(inout) :: shared
     integer(int8), contiguous, target, intent(in) :: bytes(:)
@@ -226,7 +226,7 @@ contains
     if (length > 0) call put_bytes(shared%file, c_loc(bytes), length)
   end subroutine put_array
 
-  !> How this machine orders the bytes of a number.
+  !> Returns the byte order of this machine.
   pure function byte_order() result(name)
     character(len=:), allocatable :: name
     integer(int8) :: bytes(4)

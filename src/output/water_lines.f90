@@ -1,4 +1,4 @@
-!> Water levels of a state as lines to be drawn: from end to end of the mesh, or of the body whose own it is.
+!> Water levels of a state as lines for pictures: between the ends of the mesh, or of the body to which they belong.
 module qsmpm_water_lines
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: initial_keep
@@ -12,23 +12,23 @@ module qsmpm_water_lines
 
   public :: water_line_type, water_lines
 
-  !> Places across and along the vertical at which water that flows is looked for.
+  !> Maximum number of locations across and along the vertical at which a seepage field is evaluated.
   integer, parameter :: most_stations = 200
 
   type :: water_line_type
-    !> Of which body, 0 for all that have none of their own.
+    !> Number of the body, 0 for all without a level of their own.
     integer :: body = 0
-    !> Places in space, the third coordinate 0 (3,n).
+    !> Vertices in 3D, the third coordinate is 0 (3,n).
     real(wp), allocatable :: corners(:, :)
   end type water_line_type
 
 contains
 
-  !> The water levels as the load stands: between those of the phase before and those of the phase; one that is new, or
-  !> goes, is where it is.
+  !> Returns the water levels at the current load: interpolated between those of the previous phase and those of the
+  !> phase; a new or removed level is not interpolated.
   subroutine water_lines(model, lines)
     type(model_type), intent(in) :: model
-    !> Not allocated before.
+    !> Unallocated on entry.
     type(water_line_type), allocatable, intent(inout) :: lines(:)
     type(water_table_type), allocatable :: start(:), final(:)
     integer, allocatable :: path(:)
@@ -56,7 +56,7 @@ contains
     end do
   end subroutine water_lines
 
-  !> The level of a body, of all that have none of their own where it has none.
+  !> Adds the level of a body, or of all bodies without a level of their own.
   subroutine add_line(model, body, start, final, lines)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -80,7 +80,7 @@ contains
       allocate (line%corners(3, size(x)), source=0.0_wp)
       do i = 1, size(x)
         line%corners(final%across, i) = x(i)
-        ! Height of the level at a place.
+        ! Height of the level at a location.
         if (start%present .and. final%present) then
           height = (1.0_wp - share)*surface_at(start, line%corners(:, i)) + share*surface_at(final, line%corners(:, i))
         else if (final%present) then
@@ -94,7 +94,7 @@ contains
     lines = [lines, line]
   end subroutine add_line
 
-  !> Whether water flows in space: its surface is no line.
+  !> Returns whether there is seepage in 3D, whose surface is not a line.
   pure logical function is_flow_in_space(table) result(yes)
     type(water_table_type), intent(in) :: table
 
@@ -102,7 +102,7 @@ contains
     if (yes) yes = size(table%field%position, 1) == 3
   end function is_flow_in_space
 
-  !> Where a level is to be drawn at: the corners of a line, or all across water that flows.
+  !> Returns the locations at which a level is evaluated: its vertices, or stations across a seepage field.
   pure function stations(table) result(x)
     type(water_table_type), intent(in) :: table
     real(wp), allocatable :: x(:)
@@ -116,7 +116,8 @@ contains
     end associate
   end function stations
 
-  !> Height of the level, of water that flows the highest place of no pressure: from above, in as many stations.
+  !> Returns the height of the level; for seepage the highest location of zero pressure, searched from above at as many
+  !> stations.
   pure real(wp) function surface_at(table, place) result(height)
     type(water_table_type), intent(in) :: table
     real(wp), intent(in) :: place(3)
@@ -137,10 +138,11 @@ contains
     height = at(table%axis) + table%up*head_at(table, at)
   end function surface_at
 
-  !> Ends of the mesh along an axis, or of the points of a body; of all parts of it where the model is divided.
+  !> Returns the ends of the mesh along an axis, or of the points of a body, over all processes if the model is
+  !> divided.
   function ends_of(model, body, axis) result(ends)
     type(model_type), intent(in) :: model
-    !> 0 for the mesh.
+    !> Number of the body, 0 for the mesh.
     integer, intent(in) :: body, axis
     real(wp) :: ends(2)
 
@@ -155,7 +157,7 @@ contains
     ends = [smallest(model%part%team, ends(1)), largest(model%part%team, ends(2))]
   end function ends_of
 
-  !> The ends and the numbers between them, growing, each once.
+  !> Returns the ends and the numbers between them, ascending and each once.
   pure subroutine sort_within(ends, x)
     real(wp), intent(in) :: ends(2)
     real(wp), allocatable, intent(inout) :: x(:)

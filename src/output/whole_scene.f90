@@ -1,8 +1,8 @@
-!> The scene as the user wrote it, beside the smaller model that is run: what results are written of.
+!> The scene as defined by the user, in addition to the reduced model that is run; results are written for the scene.
 !>
-!> A reduced model and its scene meet only here. The scene has a mesh, material points and progress of
-!> its own, which are made from those of the model by the way back that the reductions left
-!> (`qsmpm_reduction`, `qsmpm_images`); writers of results are handed the scene in place of the model.
+!> A reduced model and its scene are connected only in this module. The scene has its own mesh, material points and
+!> progress, which are derived from those of the model by the expansion that the reductions provide (`qsmpm_reduction`,
+!> `qsmpm_images`); writers of results receive the scene in place of the model.
 module qsmpm_whole_scene
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -29,25 +29,25 @@ module qsmpm_whole_scene
   public :: whole_scene_type, begin_whole, follow_step, show_state, whole_record, savings_text, is_reduced, &
     estimate_of_scene, scene_of
 
-  !> The scene beside its model.
+  !> The scene and its expansion from the model.
   type :: whole_scene_type
     type(expansion_type) :: expansion
-    !> The scene with what pictures show of it, where there is a reduction.
+    !> The scene with the data for pictures, if there is a reduction.
     class(model_type), allocatable :: model
-    !> Node of the model that each node of the scene moves with, and the signs of its motion.
+    !> Node of the model with which each node of the scene moves; signs of its displacement.
     integer, allocatable :: node(:)
     real(wp), allocatable :: sign(:, :)
-    !> Part of the model's grid that the mesh of the scene answers to, and its nodes as they are built
-    !> (dimension of the model, nodes).
+    !> Part of the model's grid to which the mesh of the scene corresponds; its initial node coordinates (dimension of
+    !> the model, nodes).
     type(window_type) :: window
     real(wp), allocatable :: start(:, :)
-    !> Point of the model that each point of the scene is an image of.
+    !> Point of the model of which each point of the scene is an image.
     integer, allocatable :: origin(:)
   end type whole_scene_type
 
 contains
 
-  !> Whether the model is smaller than the scene.
+  !> Returns whether the model is smaller than the scene.
   pure logical function is_reduced(whole)
     type(whole_scene_type), intent(in) :: whole
 
@@ -55,15 +55,15 @@ contains
     if (allocated(whole%expansion%steps)) is_reduced = size(whole%expansion%steps) > 0
   end function is_reduced
 
-  !> Mesh the scene and put its points beside those of the model.
+  !> Generates the mesh of the scene and its points from those of the model.
   subroutine begin_whole(whole, scene, expansion, model, error)
     type(whole_scene_type), intent(out) :: whole
-    !> The scene as the deck says it, and the way back to it.
+    !> The scene as defined in the deck; the expansion from the model to the scene.
     type(analysis_type), intent(in) :: scene
     type(expansion_type), intent(in) :: expansion
-    !> The model as it was built.
+    !> The model as built.
     type(model_type), intent(in) :: model
-    !> Set when the mesh or the sets of the scene are not good.
+    !> Set when the mesh or the sets of the scene have errors.
     type(error_type), allocatable, intent(out) :: error
     type(diagnostics_type) :: diagnostics
 
@@ -87,7 +87,7 @@ contains
     call show_state(whole, model)
   end subroutine begin_whole
 
-  !> Find the node of the model for every node of the scene.
+  !> Finds the node of the model for every node of the scene.
   subroutine match_nodes(whole, model)
     type(whole_scene_type), intent(inout) :: whole
     type(model_type), intent(in) :: model
@@ -112,7 +112,7 @@ contains
     end associate
   end subroutine match_nodes
 
-  !> Where the scene stands; work is that of the whole scene.
+  !> Updates the progress of the scene; work is that of the whole scene.
   pure subroutine follow_step(whole, model)
     type(whole_scene_type), intent(inout) :: whole
     type(model_type), intent(in) :: model
@@ -124,12 +124,12 @@ contains
     whole%model%state%progress%internal_work = factor*model%state%progress%internal_work
   end subroutine follow_step
 
-  !> The record of a step with the histories of the scene.
+  !> Returns the record of a step with the histories of the scene.
   pure subroutine whole_record(whole, record, changed)
     type(whole_scene_type), intent(in) :: whole
-    !> How the step went in the model.
+    !> Record of the step in the model.
     type(step_record_type), intent(in) :: record
-    !> The same with the histories of the scene.
+    !> The record with the histories of the scene.
     type(step_record_type), intent(out) :: changed
     real(wp) :: factor
     integer :: i, s
@@ -146,7 +146,7 @@ contains
     end do
   end subroutine whole_record
 
-  !> Points, nodes and loads of the scene as the model stands.
+  !> Updates points, nodes and loads of the scene from the current state of the model.
   subroutine show_state(whole, model)
     type(whole_scene_type), intent(inout) :: whole
     type(model_type), intent(in) :: model
@@ -170,9 +170,9 @@ contains
     call show_loads(whole, model, images)
   end subroutine show_state
 
-  !> Make images the points of the scene, with as many components as it has dimensions.
+  !> Sets the images as points of the scene, with the number of components of its dimension.
   subroutine take_points(images, scene)
-    !> Their cells are numbered in the whole grid.
+    !> Images; their cells are numbered in the whole grid.
     type(points_type), intent(in), target :: images
     type(model_type), intent(inout), target :: scene
     type(field_list_type) :: from, to
@@ -199,7 +199,7 @@ contains
     end associate
   end subroutine take_points
 
-  !> The analysis as the deck has it.
+  !> Returns the analysis as defined in the deck.
   pure type(analysis_type) function scene_of(whole, model) result(analysis)
     type(whole_scene_type), intent(in) :: whole
     type(model_type), intent(in) :: model
@@ -208,10 +208,10 @@ contains
     if (is_reduced(whole)) analysis = whole%model%analysis
   end function scene_of
 
-  !> Estimated error of the stresses at the points of the scene.
+  !> Returns the estimated stress error at the points of the scene.
   pure type(stress_error_type) function estimate_of_scene(whole, estimate) result(shown)
     type(whole_scene_type), intent(in) :: whole
-    !> At those of the model.
+    !> Estimated error at the points of the model.
     type(stress_error_type), intent(in) :: estimate
 
     shown = estimate
@@ -219,8 +219,8 @@ contains
     shown%scale = estimate%scale(whole%origin)
   end function estimate_of_scene
 
-  !> Gravity of the scene, and its points that stand for a piece of a loaded surface. A surface has up to
-  !> four images, one for each pair of signs along x and z.
+  !> Sets gravity of the scene and its points that carry a part of a loaded surface. A surface has up to four images,
+  !> one for each pair of signs along x and z.
   subroutine show_loads(whole, model, images)
     type(whole_scene_type), intent(inout) :: whole
     type(model_type), intent(in) :: model
@@ -263,17 +263,17 @@ contains
     end do
   end subroutine show_loads
 
-  !> The images of each point of the model as chains, and how many the carrying points have together.
+  !> Returns the images of each point of the model as linked lists, and the total number for the carrying points.
   pure subroutine chain_images(images, points, first, next, total, carrying)
     !> Points of the scene.
     type(image_list_type), intent(in) :: images
     !> Number of points of the model.
     integer, intent(in) :: points
-    !> First image of each point, and the one behind each image; 0 at the end.
+    !> First image of each point; next image of each image; 0 at the end.
     integer, allocatable, intent(out) :: first(:), next(:)
-    !> Images of all carrying points.
+    !> Number of images of all carrying points.
     integer, intent(out) :: total
-    !> Points that stand for a piece of surface.
+    !> Points that carry a part of a surface.
     integer, intent(in) :: carrying(:)
     integer :: k, i, counts(points)
 
@@ -290,11 +290,11 @@ contains
     end do
   end subroutine chain_images
 
-  !> What the reductions save, as lines for the log.
+  !> Returns the savings of the reductions as lines for the log.
   subroutine savings_text(whole, model, text)
     type(whole_scene_type), intent(inout) :: whole
     type(model_type), intent(in) :: model
-    !> One reduction a line, then the totals.
+    !> One reduction per line, then the totals.
     character(len=:), allocatable, intent(out) :: text
     class(model_type), allocatable :: counted
     integer :: before, after, s

@@ -1,5 +1,5 @@
-!> What the processes of a team must agree on before any of them acts: whether something holds on one of them, an error,
-!> a sentence. Where several have an error, that of the lowest rank is the error of all. Alone nothing changes.
+!> Collective decisions of the processes of a team: whether a condition holds on one of them, an error, a message. If
+!> several processes have an error, that of the lowest rank becomes the error of all. A single process is unaffected.
 module qsmpm_agreement
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail
@@ -11,7 +11,7 @@ module qsmpm_agreement
 
 contains
 
-  !> Whether a flag is set on any process.
+  !> Returns whether a flag is set on any process.
   logical function any_of(team, flag)
     type(team_type), intent(in) :: team
     logical, intent(in) :: flag
@@ -20,7 +20,7 @@ contains
     if (team%ranks > 1) any_of = lowest_rank(team, flag) < team%ranks
   end function any_of
 
-  !> Lowest rank on which a flag is set; the number of ranks where it is set on none.
+  !> Returns the lowest rank on which a flag is set; the number of ranks if it is set on none.
   integer function lowest_rank(team, flag)
     type(team_type), intent(in) :: team
     logical, intent(in) :: flag
@@ -28,7 +28,7 @@ contains
     lowest_rank = nint(smallest(team, real(merge(team%rank, team%ranks, flag), wp)))
   end function lowest_rank
 
-  !> The error of the lowest rank that has one is that of all.
+  !> Makes the error of the lowest rank that has one the error of all.
   subroutine agree(team, error)
     type(team_type), intent(in) :: team
     type(error_type), allocatable, intent(inout) :: error
@@ -50,10 +50,10 @@ contains
     call fail(error, int(code(1)), message)
   end subroutine agree
 
-  !> A text of one process to all.
+  !> Sends a text of one process to all.
   subroutine spread_text(team, rank, text)
     type(team_type), intent(in) :: team
-    !> Whose it is, from 0; the others need have none.
+    !> Rank of the sender, from 0; the text of the others is replaced.
     integer, intent(in) :: rank
     character(len=:), allocatable, intent(inout) :: text
     integer(long) :: length(1)
@@ -73,10 +73,10 @@ contains
     end do
   end subroutine spread_text
 
-  !> Norm of a vector of which each process has a part, from the norms of the parts.
+  !> Returns the norm of a vector distributed over the processes, from the norms of the parts.
   real(wp) function joint_norm(team, norm)
     type(team_type), intent(in) :: team
-    !> Of the part of this process.
+    !> Norm of the part of this process.
     real(wp), intent(in) :: norm
 
     joint_norm = norm

@@ -1,8 +1,9 @@
-!> Values of others: of things that a process has numbered, cells or nodes, some are its own, some another's. Each has
-!> a name that is the same on all processes. Which values go where is listed once; each exchange then brings the values
-!> that the owners have to those who ask for them. Every process must take part. Alone nothing is sent.
+!> Exchange of values between owners and copies: of the items numbered by a process, such as cells or nodes, some are
+!> owned by it and some by other processes. Each item has a name that is the same on all processes. The exchange lists
+!> are built once; each exchange then sends the values of the owners to the processes that have copies. Every process
+!> must take part. A single process sends nothing.
 !>
-!> Which things there are, and whose they are, is left to others.
+!> The items and their owners are determined elsewhere.
 module qsmpm_owner_copies
   use qsmpm_kinds, only: wp, long
   use qsmpm_sorting, only: order_columns, place_in_order
@@ -13,18 +14,19 @@ module qsmpm_owner_copies
   public :: owner_copies_type, list_copies, copy_values
 
   type :: owner_copies_type
-    !> Own things whose values go to the ranks, 0 for one that is not here, and where those of each begin (ranks + 1).
+    !> Owned items whose values are sent to the ranks, 0 for one that is not here; start of the items of each rank
+    !> (ranks + 1).
     integer, allocatable :: given(:), first_given(:)
-    !> Things whose values come, by the ranks that own them.
+    !> Items whose values are received, in the order of the ranks that own them.
     integer, allocatable :: taken(:)
   end type owner_copies_type
 
 contains
 
-  !> List what goes where.
+  !> Builds the exchange lists.
   subroutine list_copies(team, names, owner, copies)
     type(team_type), intent(in) :: team
-    !> Names of the things and the ranks that own them, -1 for one that is not asked for (things).
+    !> Names of the items; ranks that own them, -1 for an item that is not requested (items).
     integer, intent(in) :: names(:), owner(:)
     type(owner_copies_type), intent(out) :: copies
     integer(long), allocatable :: asked(:)
@@ -50,11 +52,11 @@ contains
     end do
   end subroutine list_copies
 
-  !> Put what the owners have in the place of what is here; 0 where an owner has not got the thing.
+  !> Replaces the values of copies by those of the owners; 0 if an owner does not have the item.
   subroutine copy_values(team, copies, values)
     type(team_type), intent(in) :: team
     type(owner_copies_type), intent(in) :: copies
-    !> (components, things)
+    !> (components, items)
     real(wp), intent(inout) :: values(:, :)
     real(wp), allocatable :: sent(:, :), got(:)
     integer, allocatable :: first(:)

@@ -1,6 +1,7 @@
-!> A file that the processes of a team write together: one file, the same call alone. They claim its stretches in one
-!> go; in a stretch the bytes of all stand behind one another in the order of their ranks, and each writes its own. What
-!> cannot be written on one process is the error of all when the file is committed; none waits for another before.
+!> A file written jointly by the processes of a team; the calls are the same for a single process. The sections of the
+!> file are allocated together; in a section the bytes of the processes are stored in the order of their ranks, and
+!> each process writes its own. A failure on one process becomes the error of all when the file is committed; no
+!> process waits for another before that.
 module qsmpm_shared_file
   use, intrinsic :: iso_c_binding, only: c_loc
   use, intrinsic :: iso_fortran_env, only: int8, int32
@@ -18,39 +19,39 @@ module qsmpm_shared_file
 
   type :: shared_file_type
     type(team_type) :: team
-    !> Where this process writes.
+    !> File of this process.
     type(file_type) :: file
-    !> Bytes of the file, but for its last line.
+    !> Bytes of the file without its last line.
     integer(long) :: length = 0
-    !> It ends with a line by which damage is known (`qsmpm_checksum`).
+    !> Whether it ends with a checksum line that reveals damage (`qsmpm_checksum`).
     logical :: sealed = .false.
-    !> What the own bytes have added to its checksum.
+    !> Contribution of the bytes of this process to the checksum.
     integer(int32) :: share = 0
   end type shared_file_type
 
 contains
 
-  !> Begin a file, which gets its name when it is committed.
+  !> Creates a file, which is renamed to its final name when it is committed.
   subroutine begin_shared(shared, team, path, sealed)
     type(shared_file_type), intent(out) :: shared
     type(team_type), intent(in) :: team
     character(len=*), intent(in) :: path
-    !> It is to end with a line by which damage is known; all of it is put with `put_at`.
+    !> Whether it ends with a checksum line; all data must then be written with `put_at`.
     logical, intent(in) :: sealed
     logical :: failed
 
     shared%team = team
     shared%sealed = sealed
     if (team%rank == 0) call create_file(shared%file, path)
-    ! The file is there when the first process has answered.
+    ! The file exists when the first process has replied.
     failed = any_of(team, allocated(shared%file%reason))
     if (team%rank > 0) call join_file(shared%file, path)
   end subroutine begin_shared
 
-  !> A number of each process, known to all (ranks).
+  !> Returns a number of each process, on all processes (ranks).
   function of_ranks(team, number) result(numbers)
     type(team_type), intent(in) :: team
-    !> Of this one.
+    !> Number of this process.
     integer(long), intent(in) :: number
     integer(long) :: numbers(team%ranks)
 
@@ -59,10 +60,10 @@ contains
     numbers = total(team, numbers)
   end function of_ranks
 
-  !> Claim the stretches of the file, once.
+  !> Allocates the sections of the file, once.
   subroutine claim(shared, counts, places)
     type(shared_file_type), intent(inout) :: shared
-    !> Bytes of this process in each (stretches), and how many stand before them in the file.
+    !> Bytes of this process in each section (sections); position of its bytes in the file.
     integer(long), intent(in) :: counts(:)
     integer(long), intent(out) :: places(:)
     integer(long) :: parts(shared%team%ranks, size(counts))
@@ -77,7 +78,7 @@ contains
     end do
   end subroutine claim
 
-  !> Put bytes where they have been claimed.
+  !> Writes bytes to their allocated position.
   subroutine put_at(shared, place, bytes)
     type(shared_file_type), intent(inout) :: shared
     integer(long), intent(in) :: place
@@ -91,10 +92,10 @@ contains
     end associate
   end subroutine put_at
 
-  !> Bring the file to the disk and give it its name; on failure the former file stays.
+  !> Synchronises the file with the disk and renames it; on failure the previous file remains.
   subroutine commit_shared(shared, error)
     type(shared_file_type), intent(inout) :: shared
-    !> The same on all processes: the file is not whole under its name.
+    !> Set consistently on all processes when the file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
     integer(int32) :: sum
 
@@ -113,7 +114,7 @@ contains
     end if
   end subroutine commit_shared
 
-  !> The checksum of a file from what the processes have added to it: the parity of each bit.
+  !> Returns the checksum of a file from the contributions of the processes: the parity of each bit.
   integer(int32) function joined_sum(team, share) result(joined)
     type(team_type), intent(in) :: team
     integer(int32), intent(in) :: share
@@ -127,11 +128,11 @@ contains
     end do
   end function joined_sum
 
-  !> Compare a file with its last line, each process a piece of it.
+  !> Verifies the checksum of a file, each process for a piece of it.
   subroutine check_shared_seal(team, path, reason)
     type(team_type), intent(in) :: team
     character(len=*), intent(in) :: path
-    !> What this process finds wrong with it; not allocated when nothing is.
+    !> Error found by this process; unallocated if there is none.
     character(len=:), allocatable, intent(out) :: reason
     character(len=:), allocatable :: line
     integer(int32) :: share

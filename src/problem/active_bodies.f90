@@ -1,6 +1,6 @@
-!> Which bodies are there in a phase, and of which material: what *BODY, ACTIVE=NO, *ACTIVATE, *DEACTIVATE and
-!> *CHANGE MATERIAL say, along the line of its ancestors. A body that a phase takes out is not there in that phase any
-!> more, though its weight and stress are lowered over it (qsmpm_unloading).
+!> Determines which bodies are active in a phase and of which material, from *BODY, ACTIVE=NO, *ACTIVATE, *DEACTIVATE
+!> and *CHANGE MATERIAL of the phase and its ancestors. A body deactivated in a phase is inactive from the start of
+!> that phase, although its weight and stress are reduced over the phase (qsmpm_unloading).
 module qsmpm_active_bodies
   use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
@@ -13,7 +13,7 @@ module qsmpm_active_bodies
 
 contains
 
-  !> Whether each body is there during a phase; at its start for a number below 1.
+  !> Returns whether each body is active during a phase; at the start of the analysis for a number below 1.
   pure function bodies_active(analysis, phase) result(active)
     type(analysis_type), intent(in) :: analysis
     !> Number of the phase.
@@ -31,7 +31,7 @@ contains
     end do
   end function bodies_active
 
-  !> Number of the material that each body is of at the end of a phase, whether it is there or not; 0 where no material
+  !> Returns the material number of each body at the end of a phase, whether it is active or not; 0 where no material
   !> has the name.
   pure function body_materials(analysis, phase) result(number)
     type(analysis_type), intent(in) :: analysis
@@ -55,7 +55,7 @@ contains
     end do
   end function body_materials
 
-  !> Whether each material is that of a body which is there during a phase.
+  !> Returns whether each material is that of a body which is active during a phase.
   pure function materials_active(analysis, phase) result(active)
     type(analysis_type), intent(in) :: analysis
     !> Number of the phase.
@@ -73,7 +73,7 @@ contains
     end do
   end function materials_active
 
-  !> Whether each body is in a list of changes.
+  !> Returns whether each body is in a list of changes.
   pure function bodies_named(analysis, changes) result(named)
     type(analysis_type), intent(in) :: analysis
     !> Unallocated for none.
@@ -90,7 +90,7 @@ contains
     end do
   end function bodies_named
 
-  !> Number of a body by its name, 0 for none.
+  !> Returns the number of a body from its name, 0 for none.
   pure integer function body_number(analysis, name) result(number)
     type(analysis_type), intent(in) :: analysis
     character(len=*), intent(in) :: name
@@ -98,7 +98,7 @@ contains
     number = place_named(analysis%bodies, name)
   end function body_number
 
-  !> Whether bodies come or go, or change their material.
+  !> Returns whether bodies are activated or deactivated or change their material.
   pure logical function has_stages(analysis)
     type(analysis_type), intent(in) :: analysis
     integer :: p
@@ -115,8 +115,9 @@ contains
     end do
   end function has_stages
 
-  !> Whether a body that comes in a phase cannot have the cells which it is drawn with, on a mesh that goes with the
-  !> ground: it comes as drawn wherever the ground is, or again, when its cells have not kept up with the ground.
+  !> Returns whether a body activated in a phase cannot occupy its initial cells on a mesh that moves with the
+  !> material: it is activated in its initial shape wherever the soil is, or it is activated again and its cells have
+  !> not followed the soil.
   pure logical function leaves_cells(analysis, phase) result(leaves)
     type(analysis_type), intent(in) :: analysis
     !> Number of the phase.

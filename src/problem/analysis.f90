@@ -1,10 +1,9 @@
-!> The analysis a deck describes, as plain data: what the parser fills, what an embedding program
-!> may fill by hand, and what the model is built from. No procedure, no file name resolved twice,
-!> every default stated here once.
+!> The analysis defined by a deck, as plain data: filled by the deck reader or by an embedding program, and used to
+!> build the model. It has no procedures; every file name is resolved once and every default is defined once, here.
 !>
-!> Names of sets, surfaces and materials are kept as text; the model builder resolves them against
-!> the mesh and reports the unknown ones. Lengths, forces and stresses are in the deck's consistent
-!> units. Vectors have three components; the third is unused in the plane.
+!> Names of sets, surfaces and materials are stored as text; the model builder resolves them against the mesh and
+!> reports unknown names. Lengths, forces and stresses are in the consistent units of the deck. Vectors have three
+!> components; the third is unused in plane models.
 module qsmpm_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_body_description, only: body_type
@@ -23,20 +22,20 @@ module qsmpm_analysis
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
-  !> Whether a reduced model may be half of a symmetric scene: where nothing speaks against it, whenever
-  !> the scene is symmetric, never.
+  !> Whether a reduced model may be half of a symmetric scene: if no condition excludes it, whenever the scene is
+  !> symmetric, never.
   integer, parameter, public :: mirror_auto = 0, mirror_yes = 1, mirror_no = 2
 
-  !> Everything a deck says.
+  !> All data of a deck.
   type :: analysis_type
-    !> Path of the deck and its base name without extension; keywords of the cards it has, each once.
+    !> Path of the deck and its base name without extension; keywords used in the deck, each once.
     character(len=:), allocatable :: deck, job
     type(string_type), allocatable :: cards(:)
     !> Heading lines joined by newlines.
     character(len=:), allocatable :: heading
     character(len=:), allocatable :: length_unit, force_unit
     integer :: model = 0
-    !> The smallest model that answers is looked for, and may be half of a symmetric scene.
+    !> Whether the smallest equivalent model is sought, which may be half of a symmetric scene.
     logical :: reduce = .false.
     integer :: mirror = mirror_auto
     type(mesh_source_type) :: mesh
@@ -48,18 +47,19 @@ module qsmpm_analysis
     type(prop_type), allocatable :: props(:)
     type(material_type), allocatable :: materials(:)
     type(method_type) :: method
-    !> Method that is recommended for a deck that names none, and why.
+    !> Recommended method of a deck that defines none, with the reason.
     character(len=:), allocatable :: method_reason
-    !> Of the start, and what follows when that is worn; unallocated where nothing follows.
+    !> Initial background and the one that replaces it when it is too distorted; unallocated if there is no
+    !> replacement.
     type(background_type), allocatable :: backgrounds(:)
     type(solver_choice_type) :: solver
     type(moving_mesh_type) :: moving_mesh
-    !> All-round pressure on every free boundary of the soil, compression positive.
+    !> Confining pressure on every free boundary of the soil, compression positive.
     real(wp) :: confinement = 0.0_wp
     type(history_type), allocatable :: histories(:)
     type(output_request_type) :: output
     type(phase_type), allocatable :: phases(:)
-    !> A laboratory test on one point in place of a scene.
+    !> Laboratory test on one point, which replaces a scene.
     type(point_test_type) :: point_test
   end type analysis_type
 end module qsmpm_analysis

@@ -1,6 +1,6 @@
-!> Cards that the reductions of a scene (reduction/) and its division among processes know how to carry; history
-!> quantities say so of themselves (qsmpm_history_quantities). What is not named here they do not touch: a card that is
-!> added to the program is neither mirrored, cut nor shared until it stands in this list, with what carries it written.
+!> Keywords supported by the reductions of a scene (reduction/) and by its division among processes; supported history
+!> quantities are marked in qsmpm_history_quantities. A scene with any other keyword is neither reduced nor divided: a
+!> new keyword is excluded until it is added to this list together with its implementation.
 module qsmpm_carried_cards
   use qsmpm_analysis, only: analysis_type
   use qsmpm_history_quantities, only: is_carried
@@ -10,7 +10,7 @@ module qsmpm_carried_cards
 
   public :: not_carried, note_card
 
-  !> By keyword; those that are refused with a sentence of their own are known too.
+  !> Supported keywords; those rejected with a specific message are included.
   character(len=*), parameter :: known_cards(*) = [character(len=20) :: 'ACTIVATE', 'BODY', 'CAM CLAY', &
     'CHANGE MATERIAL', 'CONFINING PRESSURE', 'CONSTANT LOAD TEST', 'CONTACT', 'CONTRACTION', 'CONTROLS', &
     'DEACTIVATE', 'DRAIN STATE', 'DRUCKER PRAGER', 'ELASTIC', 'ELEMENT', 'ELSET', 'END PHASE', 'FIELD', &
@@ -25,7 +25,7 @@ module qsmpm_carried_cards
 
 contains
 
-  !> The first card or history of an analysis that is not known; empty where all are.
+  !> Returns the first unsupported keyword or history of an analysis; empty if all are supported.
   pure function not_carried(analysis) result(name)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: name
@@ -44,7 +44,7 @@ contains
     end do
   end function not_carried
 
-  !> An analysis has a card, once.
+  !> Records a keyword of an analysis once.
   pure subroutine note_card(analysis, keyword)
     type(analysis_type), intent(inout) :: analysis
     character(len=*), intent(in) :: keyword

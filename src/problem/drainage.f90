@@ -1,7 +1,7 @@
-!> What the pore water of each undrained material does in each phase, from the *DRAIN STATE cards: plain data of the
-!> material, so that its law is the same whenever it is made (after a restart, in a phase that makes it again).
+!> Drainage of each undrained material in each phase, from *DRAIN STATE: plain data of the material, so that its law is
+!> identical whenever it is created (after a restart, or again in a phase).
 !>
-!> A law belongs to a material: the bodies of one material are drained together.
+!> A law belongs to a material: all bodies of a material are drained together.
 module qsmpm_drainage
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: drain_state_type
@@ -14,8 +14,8 @@ module qsmpm_drainage
 
 contains
 
-  !> Fill in the drainage of every undrained material in every phase, where that was not done before: a model that was
-  !> reduced has other bodies.
+  !> Sets the drainage of every undrained material in every phase where it is not set yet, since a reduced model has
+  !> other bodies.
   pure subroutine set_drainage(analysis)
     type(analysis_type), intent(inout) :: analysis
     integer :: m, i, after(0:size(analysis%phases))
@@ -39,7 +39,7 @@ contains
     end do
   end subroutine set_drainage
 
-  !> Whether a card is about a material.
+  !> Returns whether a *DRAIN STATE applies to a material.
   pure logical function is_drained_by(analysis, material, card) result(is_drained)
     type(analysis_type), intent(in) :: analysis
     !> Number of the material.
@@ -57,7 +57,7 @@ contains
     end do
   end function is_drained_by
 
-  !> Whether a material has an excess pore pressure.
+  !> Returns whether a material has an excess pore pressure.
   pure logical function has_excess_pressure(analysis, material) result(has)
     type(analysis_type), intent(in) :: analysis
     !> Number of the material.

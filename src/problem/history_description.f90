@@ -1,4 +1,4 @@
-!> What of an analysis is recorded: histories and files of results.
+!> Requested results of an analysis: histories and result files.
 module qsmpm_history_description
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: named_type
@@ -8,7 +8,7 @@ module qsmpm_history_description
 
   public :: history_type, output_request_type
 
-  !> What a history records: rows of `history_quantities` (qsmpm_history_quantities).
+  !> Quantities of a history: rows of `history_quantities` (qsmpm_history_quantities).
   integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, quantity_stress = 3, &
     quantity_reaction = 4, quantity_state = 5, quantity_strain = 6, quantity_volume = 7, quantity_runout = 8, &
     quantity_pore_pressure = 9, quantity_contact_force = 10, quantity_contact_moment = 11, quantity_body_move = 12, &
@@ -23,30 +23,30 @@ module qsmpm_history_description
     integer :: quantity = quantity_displacement
     !> 1..3 for vectors; 1..6 (11,22,33,12,13,23) for stress.
     integer :: component = 1
-    !> Start position of the massless tracer, or where the nearest material point is sought.
+    !> Initial position of the massless tracer, or location for the selection of the nearest material point.
     real(wp) :: at(3) = 0.0_wp
-    !> quantity_reaction: the node set, or the supported surface; quantity_discharge: that of a row of *WATER LEVEL.
+    !> quantity_reaction: node set or supported surface; quantity_discharge: node set or surface of a *WATER LEVEL row.
     character(len=:), allocatable :: set, surface
-    !> Quantities of a body: its name, empty for all bodies.
+    !> Quantities of a body: name of the body, empty for all bodies.
     character(len=:), allocatable :: body
     !> quantity_prop_force: name of the prop.
     character(len=:), allocatable :: prop
-    !> quantity_runout: the front is where the coordinate is smallest, not largest.
+    !> quantity_runout: whether the front is at the smallest coordinate instead of the largest.
     logical :: smallest = .false.
-    !> quantity_contact_slip: mean of what is in contact, not the largest.
+    !> quantity_contact_slip: whether the mean over the points in contact is taken instead of the largest.
     logical :: mean = .false.
-    !> quantity_state: name of the state variable as results have it, or its number.
+    !> quantity_state: name of the state variable in the results, or its number.
     character(len=:), allocatable :: state
     real(wp) :: scale = 1.0_wp
   end type history_type
 
-  !> Which results are written, and how often (in accepted steps; 0 means at phase ends only).
+  !> Requested result files and their interval (in accepted steps; 0: at phase ends only).
   type :: output_request_type
     integer :: field_every = 0
     integer :: restart_every = 0
-    !> VTK pictures and HDF5 results can be switched off for studies.
+    !> VTK and HDF5 results; can be disabled for studies.
     logical :: vtk = .true., hdf5 = .true.
-    !> The material points carry strains.
+    !> Whether the material points store strains.
     logical :: strains = .true.
   end type output_request_type
 end module qsmpm_history_description

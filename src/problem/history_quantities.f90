@@ -1,6 +1,5 @@
-!> What a *HISTORY can record: a row a quantity, with where it is taken, of which components and in which unit. The
-!> number of a row is the quantity of the analysis; those that others know by name are constants of
-!> qsmpm_history_description.
+!> Table of the quantities of *HISTORY: one row per quantity with its location, components and unit. The row number is
+!> the quantity in the analysis; quantities used by name elsewhere are constants of qsmpm_history_description.
 module qsmpm_history_quantities
   use qsmpm_analysis, only: analysis_type, axisymmetric, plane_strain
   use qsmpm_history_description, only: history_type
@@ -9,24 +8,24 @@ module qsmpm_history_quantities
 
   public :: history_quantity_type, is_taken_at, is_carried, has_components, component_number, unit_of_history
 
-  !> Where a quantity is taken: at a massless tracer, at the nearest material point, as a sum over a node set or a held
-  !> surface, over the points of a body or of all; of
-  !> a rigid body; at the nearest surface point of a contact; in a prop; of the run as a whole.
+  !> Locations of quantities: massless tracer; nearest material point; sum over a node set or a supported surface;
+  !> points of a body or of all bodies; rigid body; nearest surface point of a contact; prop; the run as a whole.
   integer, parameter, public :: at_tracer = 1, at_point = 2, at_support = 3, at_body = 4, &
     at_rigid_body = 5, at_contact = 6, at_prop = 7, at_run = 8
-  !> Which components a quantity has.
+  !> Kinds of components of a quantity.
   integer, parameter, public :: component_none = 0, component_vector = 1, component_tensor = 2
 
   type :: history_quantity_type
     character(len=16) :: word
     integer :: place
     integer :: components
-    !> L length, F force, M moment, V volume, S stress, A angle, Q volume a time; blank for a number.
+    !> L length, F force, M moment, V volume, S stress, A angle, Q volume per time; blank for a dimensionless number.
     character(len=1) :: unit
-    !> Every process of a team knows the whole of it: then the first one tells it. Of others each tells its part.
+    !> Whether every process of a team has the complete value, which the first one then reports; otherwise each process
+    !> reports its contribution.
     logical :: known_to_all = .false.
-    !> The reductions of a scene (reduction/) and its division among processes carry it; what does not say so they do
-    !> not touch.
+    !> Whether reductions of a scene (reduction/) and its division among processes support the quantity; scenes with
+    !> unsupported quantities are neither reduced nor divided.
     logical :: carried = .false.
   end type history_quantity_type
 
@@ -53,9 +52,9 @@ module qsmpm_history_quantities
 
 contains
 
-  !> Whether a quantity is taken at a kind of place.
+  !> Returns whether a quantity has a location of this kind.
   elemental logical function is_taken_at(quantity, place)
-    !> Row of the list, 0 for none; one of the at_* values.
+    !> Row of the table, 0 for none; one of the at_* values.
     integer, intent(in) :: quantity, place
 
     is_taken_at = .false.
@@ -63,7 +62,7 @@ contains
       is_taken_at = history_quantities(quantity)%place == place
   end function is_taken_at
 
-  !> Whether reductions and a division carry a quantity: not one that is no row.
+  !> Returns whether reductions and division support a quantity; false for no row.
   elemental logical function is_carried(quantity)
     integer, intent(in) :: quantity
 
@@ -71,9 +70,9 @@ contains
     if (is_carried) is_carried = history_quantities(quantity)%carried
   end function is_carried
 
-  !> Whether a quantity has components of a kind.
+  !> Returns whether a quantity has components of this kind.
   elemental logical function has_components(quantity, components)
-    !> Row of the list, 0 for none; one of the component_* values.
+    !> Row of the table, 0 for none; one of the component_* values.
     integer, intent(in) :: quantity, components
 
     has_components = .false.
@@ -81,7 +80,7 @@ contains
       has_components = history_quantities(quantity)%components == components
   end function has_components
 
-  !> Largest number of a component in a model of 2 or 3 dimensions.
+  !> Returns the largest component number in a model of 2 or 3 dimensions.
   elemental integer function component_number(quantity, dimension) result(number)
     integer, intent(in) :: quantity, dimension
 
@@ -90,7 +89,7 @@ contains
     if (has_components(quantity, component_tensor)) number = merge(6, 4, dimension == 3)
   end function component_number
 
-  !> Unit of a history: the one it was given, else that of its quantity.
+  !> Returns the unit of a history: its assigned unit, otherwise that of its quantity.
   pure function unit_of_history(analysis, history) result(unit)
     type(analysis_type), intent(in) :: analysis
     type(history_type), intent(in) :: history
@@ -101,8 +100,8 @@ contains
     if (len(unit) == 0) unit = default_unit(analysis, history%quantity)
   end function unit_of_history
 
-  !> Unit of a quantity by the units of the analysis, forces and volumes those of a slice of unit thickness or of a
-  !> radian in the plane; '-' when it has none or the analysis declares none.
+  !> Returns the unit of a quantity from the units of the analysis; forces and volumes in plane models are per unit
+  !> thickness or per radian. '-' if it has none or the analysis defines no units.
   pure function default_unit(analysis, quantity) result(unit)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: quantity

@@ -1,8 +1,8 @@
-!> Where bodies of different stiffness meet, as a deck draws them.
+!> Interfaces between bodies of different stiffness in the initial geometry.
 !>
-!> Across an interface the strain jumps. Functions that are smooth there cannot follow: splines need it to lie on lines
-!> of the grid, where qsmpm_model_mesh makes them only continuous (docs/methods/bodies.md, "Layers"). And which bodies
-!> are weaker than what they touch, and how thick they are.
+!> The strain is discontinuous across an interface, which smooth functions cannot represent: splines require the
+!> interface to be on grid lines, where qsmpm_model_mesh reduces their continuity to C0 (docs/methods/bodies.md,
+!> "Layers"). The module also identifies bodies weaker than those in contact with them and measures their thickness.
 module qsmpm_layer_interfaces
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
@@ -15,32 +15,32 @@ module qsmpm_layer_interfaces
 
   public :: interface_type, find_interfaces, thin_seam, is_weak, measure_body, corners, moduli
 
-  !> Cells that a weak body needs across it, and the share of its neighbour's strength below which it is weak.
+  !> Number of cells required across a weak body; ratio to the strength of the adjacent body below which it is weak.
   real(wp), parameter, public :: fewest_cells = 3.0_wp
   real(wp), parameter :: weak = 0.8_wp
 
-  !> Young's modulus over that of the neighbour from which an interface counts.
+  !> Minimum ratio of Young's moduli of an interface.
   real(wp), parameter :: least_ratio = 1.1_wp
-  !> Places closer than this share of the grid are one.
+  !> Points closer than this fraction of the grid are identical.
   real(wp), parameter :: near_share = 1.0e-6_wp
 
-  !> A straight piece on which two bodies meet.
+  !> Straight part of the boundary between two bodies.
   type :: interface_type
     integer :: bodies(2) = 0
-    !> Young's modulus of the stiffer one over that of the other, the largest of all phases.
+    !> Ratio of the Young's modulus of the stiffer body to that of the other, maximum over the phases.
     real(wp) :: ratio = 1.0_wp
-    !> Axis it is normal to, and the line of the grid that it lies on; 0 where it lies on none.
+    !> Axis normal to the interface and grid line on which it is; 0 for none.
     integer :: axis = 0, line = 0
   end type interface_type
 
 contains
 
-  !> All interfaces of boxes and polygons. Of soil laws and models of the user no modulus is known, nor are outlines of
-  !> other bodies.
+  !> Finds all interfaces between boxes and polygons. The moduli of soil laws and user models are unknown, as are the
+  !> outlines of other bodies.
   pure subroutine find_interfaces(analysis, found, contacts)
     type(analysis_type), intent(in) :: analysis
     type(interface_type), allocatable, intent(out) :: found(:)
-    !> Whether bodies that are as stiff as each other, or of no known modulus, count too.
+    !> Whether interfaces of bodies of equal stiffness, or of unknown modulus, are included.
     logical, intent(in), optional :: contacts
     real(wp) :: least
     type(interface_type) :: between
@@ -66,7 +66,7 @@ contains
     end do
   end subroutine find_interfaces
 
-  !> Young's modulus of each body as drawn and in each phase (bodies, phases + 1); 0 where it is not known.
+  !> Returns Young's modulus of each body initially and in each phase (bodies, phases + 1); 0 where unknown.
   pure subroutine moduli(analysis, young)
     type(analysis_type), intent(in) :: analysis
     real(wp), allocatable, intent(out) :: young(:, :)
@@ -81,10 +81,10 @@ contains
     end do
   end subroutine moduli
 
-  !> Add the pieces on which the edges of two bodies lie on each other.
+  !> Adds the common parts of the edges of two bodies.
   pure subroutine meet(analysis, between, found)
     type(analysis_type), intent(in) :: analysis
-    !> The bodies and their ratio.
+    !> The bodies and their stiffness ratio.
     type(interface_type), intent(in) :: between
     type(interface_type), allocatable, intent(inout) :: found(:)
     real(wp), allocatable :: one(:, :), other(:, :)
@@ -123,11 +123,11 @@ contains
     end associate
   end subroutine meet
 
-  !> Whether two edges lie on each other along a piece.
+  !> Returns whether two edges coincide along a part.
   pure logical function lie_on(p, q, r, s, near)
-    !> Ends of the one and of the other.
+    !> End points of both edges.
     real(wp), intent(in) :: p(2), q(2), r(2), s(2)
-    !> Places that are closer are one.
+    !> Points closer than this are identical.
     real(wp), intent(in) :: near
     real(wp) :: along(2), normal(2)
 
@@ -139,11 +139,11 @@ contains
       overlap([0.0_wp, norm2(q - p)], [dot_product(r - p, along), dot_product(s - p, along)]) > near
   end function lie_on
 
-  !> Add a piece normal to an axis, once for each line of the grid.
+  !> Adds an interface normal to an axis, once for each grid line.
   pure subroutine add(between, axis, lines, x, near, found)
-    !> The bodies and their ratio.
+    !> The bodies and their stiffness ratio.
     type(interface_type), intent(in) :: between
-    !> Axis, 0 for none, its lines and the place on it.
+    !> Axis (0 for none), its lines and the coordinate.
     integer, intent(in) :: axis
     real(wp), intent(in) :: lines(:), x, near
     type(interface_type), allocatable, intent(inout) :: found(:)
@@ -163,7 +163,7 @@ contains
     found = [found, piece]
   end subroutine add
 
-  !> Corners of a box or polygon in the x-y plane.
+  !> Returns the corners of a box or polygon in the x-y plane.
   pure function corners(body) result(at)
     type(body_type), intent(in) :: body
     real(wp), allocatable :: at(:, :)
@@ -176,14 +176,14 @@ contains
     end if
   end function corners
 
-  !> Length that two ranges have in common, negative where they lie apart.
+  !> Returns the length of the overlap of two ranges, negative if they are separate.
   pure real(wp) function overlap(one, other)
     real(wp), intent(in) :: one(:), other(:)
 
     overlap = min(maxval(one), maxval(other)) - max(minval(one), minval(other))
   end function overlap
 
-  !> A body that is weaker than what it touches and thinner than cells of the grid resolve, 0 for none.
+  !> Returns a body that is weaker than those in contact with it and too thin for the grid, 0 for none.
   pure integer function thin_seam(analysis) result(seam)
     type(analysis_type), intent(in) :: analysis
     type(interface_type), allocatable :: found(:)
@@ -202,11 +202,11 @@ contains
     seam = 0
   end function thin_seam
 
-  !> Whether a body is weaker than another one, or between bodies that are all stronger or cannot yield: soil beside a
-  !> wall is not weak for that.
+  !> Returns whether a body is weaker than another one, or is between bodies that are all stronger or cannot yield:
+  !> soil next to a single wall is not weak for that reason.
   pure logical function is_weak(analysis, found, b, other) result(weak_there)
     type(analysis_type), intent(in) :: analysis
-    !> Where bodies meet.
+    !> The interfaces.
     type(interface_type), intent(in) :: found(:)
     integer, intent(in) :: b, other
     integer :: i, beside
@@ -224,7 +224,7 @@ contains
     weak_there = count(touched) > 1
   end function is_weak
 
-  !> Whether the material of a body, as drawn or in a phase, can yield.
+  !> Returns whether the initial material of a body, or that in a phase, can yield.
   pure logical function may_fail(analysis, b)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: b
@@ -237,7 +237,7 @@ contains
     end do
   end function may_fail
 
-  !> Whether a body is weaker than another as drawn or in a phase.
+  !> Returns whether a body is weaker than another one initially or in a phase.
   pure logical function is_weaker(analysis, b, other)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: b, other
@@ -256,13 +256,13 @@ contains
     end do
   end function is_weaker
 
-  !> Thickness and length of a body, the sides of a rectangle of its area and perimeter, and the size of cells across
-  !> it.
+  !> Returns thickness and length of a body, which are the sides of a rectangle of equal area and perimeter, and the
+  !> cell size across it.
   pure subroutine measure_body(analysis, body, thick, long, cell, normal)
     type(analysis_type), intent(in) :: analysis
     type(body_type), intent(in) :: body
     real(wp), intent(out) :: thick, long, cell
-    !> Unit vector across it.
+    !> Unit vector in the thickness direction.
     real(wp), intent(out) :: normal(3)
     real(wp), allocatable :: edges(:, :), lengths(:)
     real(wp) :: area, around, longest(2), bounds(3, 2)
@@ -298,7 +298,7 @@ contains
     end associate
   end subroutine measure_body
 
-  !> Mean size of the cells that a range of an axis meets.
+  !> Returns the mean size of the cells in a range of an axis.
   pure real(wp) function size_between(lines, range)
     real(wp), intent(in) :: lines(:), range(2)
     integer :: low, high, n

@@ -1,4 +1,4 @@
-!> Loads and constraints of a phase as a deck describes them: fixities, prescribed displacements, tractions, supports,
+!> Loads and constraints of a phase as defined in a deck: fixities, prescribed displacements, tractions, supports,
 !> gravity, water levels.
 module qsmpm_load_description
   use qsmpm_kinds, only: wp
@@ -10,12 +10,12 @@ module qsmpm_load_description
   public :: fixity_type, prescription_type, traction_type, support_type, gravity_type, water_level_type, head_type, &
     consolidation_type, drainage_type
 
-  !> Support of a surface: none, no motion along its normal, no motion.
+  !> Support of a surface: none, no displacement along its normal, no displacement.
   integer, parameter, public :: support_none = 0, support_normal = 1, support_all = 2
-  !> Who carries a traction: tracked surface points, or the outermost material points (paper, 3.1).
+  !> Carrier of a traction: tracked surface points, or the outermost material points (paper, 3.1).
   integer, parameter, public :: carrier_surface = 1, carrier_points = 2
 
-  !> Fixed components of a node set: zero displacement, or freed again.
+  !> Fixed or released components of a node set.
   type :: fixity_type
     character(len=:), allocatable :: set
     type(source_line_type) :: where
@@ -30,85 +30,86 @@ module qsmpm_load_description
     real(wp) :: value = 0.0_wp
   end type prescription_type
 
-  !> Load on a surface per unit of load factor: a dead traction, force per undeformed area, or a
-  !> pressure that follows area and normal.
+  !> Load on a surface per unit load factor: a dead traction, force per undeformed area, or a pressure that follows
+  !> area and normal.
   type :: traction_type
     character(len=:), allocatable :: surface
     type(source_line_type) :: where
     logical :: follows = .false.
     real(wp) :: vector(3) = 0.0_wp
     real(wp) :: pressure = 0.0_wp
-    !> Pressure: what it grows by per length downwards, and the height at which it is `pressure`.
+    !> Pressure gradient per length downwards, and the height at which the pressure is `pressure`.
     real(wp) :: gradient = 0.0_wp, height = 0.0_wp
-    !> It is that of water: none above the height.
+    !> Whether it is a water pressure, which is zero above the height.
     logical :: of_water = .false.
     integer :: carrier = carrier_surface
   end type traction_type
 
-  !> A surface held on the plane it lies in, wholly, or freed again.
+  !> Support of a surface on the plane in which it is, full support, or release.
   type :: support_type
     character(len=:), allocatable :: surface
     type(source_line_type) :: where
     integer :: kind = support_normal
-    !> It is the outline of a cavity that moves inwards until this part of its area is lost, in percent per unit of load
-    !> factor; its middle stays, else as a whole it is free along the vertical.
+    !> Whether the surface is the outline of a cavity that contracts by this percentage of its area per unit load
+    !> factor; whether its centre is fixed, otherwise it is free to move vertically as a whole.
     logical :: contracts = .false., held = .false.
     real(wp) :: volume_loss = 0.0_wp
   end type support_type
 
-  !> Gravity per unit of load factor; multiplies the unit weight.
+  !> Gravity per unit load factor; multiplies the unit weight.
   type :: gravity_type
     logical :: given = .false.
     real(wp) :: vector(3) = 0.0_wp
   end type gravity_type
 
-  !> Level of the free water at a part of the bounds of ground that water flows through.
+  !> Water level at a part of the boundary of a seepage domain.
   type :: head_type
     !> Node set or surface.
     character(len=:), allocatable :: set
-    !> Height as a coordinate, and rain above it: a volume a unit of level area and time.
+    !> Elevation, as a coordinate; rainfall above it as volume per horizontal area and time.
     real(wp) :: level = 0.0_wp, rain = 0.0_wp
-    !> What flows in there a unit of time, of a slice of unit width or a radian; found with the field of the level.
+    !> Inflow per unit time, for unit thickness or per radian; computed with the field of the level.
     real(wp) :: inflow = 0.0_wp
     type(source_line_type) :: where
   end type head_type
 
-  !> Level of the ground water from a phase on, of one body or of all that have none of their own.
+  !> Ground water level from a phase on, of one body or of all bodies without a level of their own.
   type :: water_level_type
-    !> Empty for all.
+    !> Name of the body, empty for all.
     character(len=:), allocatable :: body
     type(source_line_type) :: where
-    !> There is none any more.
+    !> Whether the level is removed.
     logical :: none = .false.
-    !> Weight of water per volume; *GRAVITY multiplies it. Negative: not given.
+    !> Unit weight of water, multiplied by *GRAVITY. Negative: not given.
     real(wp) :: unit_weight = -1.0_wp
-    !> Horizontal coordinate and height of the corners of the line, (2,n).
+    !> Horizontal coordinate and height of the vertices of the level (2,n).
     real(wp), allocatable :: line(:, :)
-    !> The water flows, and its pressure is found from the levels at the bounds; the field is that of the bodies of its
-    !> phase as they are drawn, and is there when the model is built (qsmpm_seepage_scene).
+    !> Whether the pressure results from seepage between the levels at the boundary; the field is computed for the
+    !> initial geometry of the bodies of the phase when the model is built (qsmpm_seepage_scene).
     logical :: flows = .false.
-    !> In time, from the flow before.
+    !> Whether seepage is transient, starting from the previous flow.
     logical :: transient = .false.
-    !> In ground that consolidates, whose equations have its pressure (qsmpm_pore_flow); there is no field then.
+    !> Whether the soil consolidates, so that the pressure is an unknown (qsmpm_pore_flow); there is then no separate
+    !> field.
     logical :: coupled = .false.
     type(head_type), allocatable :: heads(:)
     type(seepage_field_type), allocatable :: field
   end type water_level_type
 
-  !> A node set that is open to the excess pore pressure, or closed.
+  !> A node set that is open (drained) or closed for excess pore pressure.
   type :: drainage_type
     character(len=:), allocatable :: name
     logical :: closed = .false.
     type(source_line_type) :: where
   end type drainage_type
 
-  !> Pore water that flows in time, from a phase on.
+  !> Consolidation from a phase on.
   type :: consolidation_type
     logical :: given = .false.
     type(source_line_type) :: where
-    !> Weight of water per volume; negative: not given. Compressibility of water and grains.
+    !> Unit weight of water; negative: not given. Compressibility of water and grains.
     real(wp) :: unit_weight = -1.0_wp, storage = 0.0_wp
-    !> Nodes of faces have no pressure from the first step on, as in other programs.
+    !> Whether the pressure at drained boundary nodes is zero from the first step on, as in other programs.
     logical :: held = .false.
     type(drainage_type), allocatable :: sets(:)
   end type consolidation_type

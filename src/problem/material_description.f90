@@ -1,9 +1,8 @@
-!> Materials as a deck describes them: laws and their parameters, strength profiles, the cure of locking, stresses at
-!> rest.
+!> Materials as defined in a deck: laws and their parameters, strength profiles, locking treatment, stresses at rest.
 !>
-!> What other rooms ask of a material of the deck before there is a law: of a soil law its description says it
-!> (qsmpm_law_parameters), of elasticity and Mohr-Coulomb strength it is worked out here. Of a law of the user's or of
-!> the embedding program nothing is known.
+!> The module also provides the properties of a material needed before its law is created: for soil laws they are given
+!> by the law description (qsmpm_law_parameters), for elasticity with Mohr-Coulomb strength they are determined here.
+!> For user laws and laws of an embedding program nothing is known.
 module qsmpm_material_description
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: named_type
@@ -21,34 +20,34 @@ module qsmpm_material_description
 
   public :: at_rest_type, material_type, weight_at, permeability_at, traits_of, may_yield
 
-  !> Cure of volumetric locking of a material; auto is resolved by the model builder.
+  !> Locking treatment of a material; auto is resolved by the model builder.
   integer, parameter, public :: locking_none = 0, locking_auto = 1, locking_uniform_pressure = 2
 
-  !> Horizontal stress of a material at the start (qsmpm_stress_at_rest).
+  !> Initial horizontal stress of a material (qsmpm_stress_at_rest).
   type :: at_rest_type
     type(source_line_type) :: where
-    !> K0 of first loading; negative: that of the phase. It is 1 - sin phi.
+    !> K0 of normally consolidated soil, negative: that of the phase; whether it is 1 - sin phi (Jaky).
     real(wp) :: k0 = -1.0_wp
     logical :: jaky = .false.
-    !> Largest vertical stress in the past over the present one, and less the present one.
+    !> OCR: maximum past vertical stress over the current one; POP: their difference.
     real(wp) :: overconsolidation = 1.0_wp, pre_overburden = 0.0_wp
-    !> Poisson's ratio of unloading; negative: that of the material.
+    !> Poisson's ratio for unloading; negative: that of the material.
     real(wp) :: poisson = -1.0_wp
   end type at_rest_type
 
-  !> Parameters of one material; the law is chosen by what is present.
+  !> Parameters of a material; the law is selected by the parameters present.
   type, extends(named_type) :: material_type
     type(source_line_type) :: where
     real(wp) :: young = 0.0_wp
     real(wp) :: poisson = 0.0_wp
-    !> Weight per volume at load factor 1 (multiplied by the gravity vector).
+    !> Unit weight at load factor 1 (multiplied by the gravity vector).
     real(wp) :: unit_weight = 0.0_wp
-    !> The same below the water level; negative: no other.
+    !> Unit weight below the water level; negative: not given.
     real(wp) :: saturated_weight = -1.0_wp
-    !> Volume of water a unit of area, time and gradient of the head, along the axes; negative: not given.
+    !> Permeability along the axes, as volume per area, time and gradient of the hydraulic head; negative: not given.
     real(wp) :: permeability(3) = -1.0_wp
     type(permeability_law_type) :: permeability_law
-    !> Volume of water that a volume of soil gives off as the surface of the water passes; 0: not given.
+    !> Volume of water released per volume of soil when the water surface passes; 0: not given.
     real(wp) :: drainable_porosity = 0.0_wp
     type(at_rest_type) :: at_rest
     logical :: mohr_coulomb = .false.
@@ -56,45 +55,47 @@ module qsmpm_material_description
     !> Degrees.
     real(wp) :: friction_angle = 0.0_wp
     real(wp) :: dilatancy_angle = 0.0_wp
-    !> Largest principal stress allowed; huge means no cut-off.
+    !> Tension cut-off on the largest principal stress; huge for none.
     real(wp) :: tensile_strength = huge(1.0_wp)
-    !> How the strength falls, if it does.
+    !> Softening of the strength, if any.
     type(softening_parameters_type) :: softening
-    !> The law is given by the program that embeds the library; nothing is known of it.
+    !> Whether the law is given by the embedding program; its properties are unknown.
     logical :: own_law = .false.
-    !> Strength by place, in the place of the cohesion.
+    !> Strength profile, which replaces the cohesion.
     type(strength_profile_type) :: strength_profile
     type(source_line_type) :: profile_where, fields_where
-    !> Pore water that cannot leave.
+    !> Undrained behaviour.
     type(undrained_type) :: undrained
     type(source_line_type) :: undrained_where
-    !> A law of qsmpm_law_factory, instead of elasticity and strength.
+    !> A law of qsmpm_law_factory, which replaces elasticity and strength.
     class(law_parameters_type), allocatable :: soil_law
-    !> One of cure_*, and its factor; negative asks for the default of the mesh.
+    !> One of locking_*, and its factor; negative for the default of the mesh.
     integer :: locking_treatment = locking_auto
     real(wp) :: pressure_factor = -1.0_wp
     !> Model in a shared library.
     type(user_material_type) :: user
-    !> Constants that a factor of safety divides, of a law that does not know its strength; unallocated for none.
+    !> Constants divided by the factor of safety, for a law without strength parameters of its own; unallocated for
+    !> none.
     type(strength_constant_type), allocatable :: strength_constants(:)
     type(source_line_type) :: strength_where
   end type material_type
 
 contains
 
-  !> Weight per volume at a place, where there is no water.
+  !> Returns the unit weight at a location without water.
   pure real(wp) function weight_at(material, place) result(weight)
     type(material_type), intent(in) :: material
-    !> Position at the start (2 or 3).
+    !> Initial position (2 or 3).
     real(wp), intent(in) :: place(:)
 
     weight = value_at(material%strength_profile%fields, field_weight, place, material%unit_weight)
   end function weight_at
 
-  !> Permeability along the axes at a place; its values are those along x, and all keep their ratio.
+  !> Returns the permeability along the axes at a location; a field gives the value along x, and the ratios are
+  !> constant.
   pure function permeability_at(material, place) result(permeability)
     type(material_type), intent(in) :: material
-    !> Position at the start (2 or 3).
+    !> Initial position (2 or 3).
     real(wp), intent(in) :: place(:)
     real(wp) :: permeability(3)
 
@@ -104,7 +105,7 @@ contains
     end associate
   end function permeability_at
 
-  !> What is said of the material's kind.
+  !> Returns the description of the material.
   pure type(law_description_type) function traits_of(material) result(traits)
     type(material_type), intent(in) :: material
 
@@ -125,7 +126,7 @@ contains
     if (material%undrained%given) traits%poisson = undrained_ratio(material%undrained, traits%poisson)
   end function traits_of
 
-  !> Whether the law may be another than elastic.
+  !> Returns whether the law may be other than elastic.
   elemental logical function may_yield(material)
     type(material_type), intent(in) :: material
 

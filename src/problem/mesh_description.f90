@@ -1,4 +1,4 @@
-!> The background mesh as a deck describes it: where it comes from, its sets and surfaces, what of it moves.
+!> The background mesh as defined in a deck: its source, sets and surfaces, and moving parts.
 module qsmpm_mesh_description
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: named_type
@@ -8,12 +8,12 @@ module qsmpm_mesh_description
 
   public :: axis_type, mesh_source_type, set_type, surface_type, moving_mesh_type, holds_corner
 
-  !> Where the mesh comes from.
+  !> Sources of the mesh.
   integer, parameter, public :: mesh_none = 0, mesh_grid = 1, mesh_file = 2, mesh_inline = 3, mesh_fitted = 4
-  !> How the diagonals of grid triangles run: random is the prototype's unstructured mesh.
+  !> Diagonals of grid triangles; random gives the unstructured mesh of the prototype.
   integer, parameter, public :: diagonal_right = 1, diagonal_left = 2, diagonal_random = 3, &
     diagonal_alternate = 4
-  !> How a node set, element set or surface is chosen.
+  !> Kinds of selection of a node set, element set or surface.
   integer, parameter, public :: select_list = 1, select_box = 2, select_plane = 3, select_segment = 4, &
     select_mesh = 5, select_outline = 6
 
@@ -32,13 +32,14 @@ module qsmpm_mesh_description
     !> Grid: x, y and (in 3D) z lines.
     type(axis_type) :: axes(3)
     integer :: diagonal = diagonal_right
-    !> Grid: random shift of inner nodes as a share of the smallest neighbouring spacing, 0 to 0.3.
+    !> Grid: random perturbation of inner nodes as a fraction of the smallest adjacent spacing, 0 to 0.3.
     real(wp) :: perturbation = 0.0_wp
-    !> Grid: seed of the shifts and of random diagonals.
+    !> Grid: seed of the perturbations and of random diagonals.
     integer :: seed = 1
-    !> Grid: look only at the part around the material; triangles that fit give way to the grid when they are worn.
+    !> Grid: whether only the part around the material is generated; whether a body-fitted mesh is replaced by the grid
+    !> when it is too distorted.
     logical :: windowed = .true., refits = .true.
-    !> Fitted: boxes as least and largest x and y, and the width of triangles there (5,n).
+    !> Body-fitted mesh: boxes as minimum and maximum x and y, and the triangle size in them (5,n).
     real(wp), allocatable :: refined(:, :)
     !> File: path relative to the working directory, format GMSH or ABAQUS.
     character(len=:), allocatable :: file, format
@@ -47,7 +48,7 @@ module qsmpm_mesh_description
     integer, allocatable :: node_labels(:), element_labels(:), connectivity(:, :)
   end type mesh_source_type
 
-  !> A named set of nodes or elements chosen in the deck.
+  !> A named set of nodes or elements defined in the deck.
   type, extends(named_type) :: set_type
     type(source_line_type) :: where
     integer :: selection = select_list
@@ -59,31 +60,31 @@ module qsmpm_mesh_description
     integer :: axis = 0
   end type set_type
 
-  !> A named piece of body surface on which tractions act.
+  !> A named part of a body surface on which tractions act.
   type, extends(named_type) :: surface_type
     type(source_line_type) :: where
-    !> select_box: mesh faces inside the box; select_segment: straight segments in the x-y plane,
-    !> through all of z in 3D; select_mesh: a surface named by the mesh file; select_outline: the
-    !> bounds of a body, or what of them is in the box.
+    !> select_box: mesh faces in the box; select_segment: straight segments in the x-y plane, through all z in 3D;
+    !> select_mesh: a surface named in the mesh file; select_outline: the boundary of a body, or its part in the box.
     integer :: selection = select_box
     real(wp) :: box(3, 2) = 0.0_wp
-    !> x1, y1, x2, y2 of each segment, (4,n).
+    !> x1, y1, x2, y2 of each segment (4,n).
     real(wp), allocatable :: segments(:, :)
     !> Name of the body whose outline it is.
     character(len=:), allocatable :: body
-    !> The box bounds the outline.
+    !> Whether the box limits the outline.
     logical :: boxed = .false.
   end type surface_type
 
-  !> Mesh rows that follow a plate: rows between base and plate scale, rows beyond shift.
+  !> Mesh rows that follow a plate: rows between base and plate are scaled, rows beyond are shifted.
   type :: moving_mesh_type
     logical :: active = .false.
     type(source_line_type) :: where
     character(len=:), allocatable :: set
     integer :: axis = 2
-    !> Coordinate of the row that stays.
+    !> Coordinate of the fixed row.
     real(wp) :: base = 0.0_wp
-    !> Rows follow a rigid body in place of a plate; distance from its reference point within which they keep theirs.
+    !> Whether rows follow a rigid body instead of a plate; distance from its reference point within which rows keep
+    !> their distances.
     logical :: by_body = .false.
     character(len=:), allocatable :: body
     real(wp) :: near = 0.0_wp
@@ -91,12 +92,12 @@ module qsmpm_mesh_description
 
 contains
 
-  !> Whether a plane or box surely holds a corner of the grid between some lines.
+  !> Returns whether a plane or box contains a corner of the grid.
   pure logical function holds_corner(set, axes, near) result(holds)
     type(set_type), intent(in) :: set
     !> Lines of the grid (axes of the model).
     type(axis_type), intent(in) :: axes(:)
-    !> Distance below which places count as the same.
+    !> Distance below which locations are identical.
     real(wp), intent(in) :: near
     integer :: a
 

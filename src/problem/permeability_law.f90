@@ -1,4 +1,4 @@
-!> How the permeability of soil follows its void ratio e, e_0 the one at which that of the deck is given:
+!> Variation of the permeability of soil with its void ratio e; e_0 is the void ratio of the permeability in the deck.
 !>
 !>   Kozeny and Carman   k/k_0 = (e/e_0)^3 (1 + e_0)/(1 + e)
 !>   logarithm           log k/k_0 = (e - e_0)/C_k,  C_k about e_0/2 of clays (Taylor 1948; Tavenas and others 1983)
@@ -11,21 +11,21 @@ module qsmpm_permeability_law
 
   public :: permeability_law_type, permeability_ratio, permeability_slope
 
-  !> Laws, and their words.
+  !> Laws and their words in the deck.
   integer, parameter, public :: permeability_constant = 1, permeability_kozeny = 2, permeability_logarithm = 3
   character(len=9), parameter, public :: permeability_words(3) = [character(len=9) :: 'CONSTANT', 'KOZENY', 'LOGARITHM']
 
   type :: permeability_law_type
     integer :: kind = permeability_constant
-    !> e_0 and C_k; 0 where they are not given.
+    !> e_0 and C_k; 0 if not given.
     real(wp) :: void_ratio = 0.0_wp, index = 0.0_wp
-    !> Of the curve of suction (qsmpm_retention): 1 over a height, 0 for none, and n.
+    !> Parameters of the retention curve (qsmpm_retention): alpha as 1 over a height, 0 for none, and n.
     real(wp) :: alpha = 0.0_wp, n = 0.0_wp
   end type permeability_law_type
 
 contains
 
-  !> Permeability over that at the start; soil without voids is tight.
+  !> Returns the ratio of the permeability to the initial one; zero without voids.
   elemental real(wp) function permeability_ratio(law, stretch) result(ratio)
     type(permeability_law_type), intent(in) :: law
     !> J.
@@ -43,7 +43,7 @@ contains
     end select
   end function permeability_ratio
 
-  !> Its derivative by the change of volume.
+  !> Returns the derivative of the ratio with respect to the volume ratio.
   elemental real(wp) function permeability_slope(law, stretch) result(slope)
     type(permeability_law_type), intent(in) :: law
     !> J.

@@ -1,4 +1,4 @@
-!> A phase of an analysis as a deck describes it: how it starts, its loads, rules of its steps, what ends it.
+!> A phase of an analysis as defined in a deck: initial stresses, loads, step control, stop conditions.
 module qsmpm_phase_description
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: named_type
@@ -14,108 +14,111 @@ module qsmpm_phase_description
 
   public :: controls_type, constant_load_test_type, initial_stress_type, safety_type, stop_type, phase_type
 
-  !> Newton variants: the paper's frozen [K^E + K^G]^0, or the consistent tangent.
+  !> Newton variants: the constant matrix [K^E + K^G]^0 of the paper, or the consistent tangent.
   integer, parameter, public :: newton_modified = 1, newton_full = 2
-  !> What a phase does: loads change, or the strength is lowered until it is lost.
+  !> Kinds of phase: change of loads, or strength reduction to failure.
   integer, parameter, public :: phase_loading = 1, phase_safety = 2
-  !> Places, volumes and deformation in the search for a factor of safety: they stay, or follow.
+  !> Positions, volumes and deformation in the search for a factor of safety: fixed or updated.
   integer, parameter, public :: geometry_fixed = 1, geometry_moving = 2
-  !> How a phase starts its stresses.
+  !> Initial stresses of a phase.
   integer, parameter, public :: initial_keep = 0, initial_k0 = 1, initial_isotropic = 2, initial_given = 3
-  !> Whether a phase stops where a history rises to a value or falls to it.
+  !> Whether a phase stops when a history exceeds a value or falls below it.
   integer, parameter, public :: stop_above = 1, stop_below = 2
-  !> What has ended a phase: nothing yet, its whole load, its limit load, a stop, the loss of its equilibrium.
+  !> End of a phase: not ended, full load, limit load, stop condition, no equilibrium.
   integer, parameter, public :: not_ended = 0, ended_by_load = 1, ended_by_limit = 2, ended_by_stop = 3, &
     ended_by_loss = 4
 
-  !> Step control and stopping rules of a phase.
+  !> Step control and stop conditions of a phase.
   type :: controls_type
     type(source_line_type) :: where
-    !> Load steps the phase is first cut into, and the share of the phase that the first one is where they grow from it
-    !> (FIRST TIME over TIME); 0: all are even.
+    !> Initial number of load steps; load fraction of the first step if steps grow from it (FIRST TIME over TIME), 0
+    !> for equal steps.
     integer :: steps = 10
     real(wp) :: first_share = 0.0_wp
-    !> Pore water flows in time: without FIRST TIME steps begin short and grow up to those of `steps`, as the pressures
-    !> allow.
+    !> Whether pore water flow controls the step length: without FIRST TIME steps begin short and grow up to those of
+    !> `steps`, as the pressures allow.
     logical :: by_water = .false.
     integer :: newton = newton_full
-    !> Relative out-of-balance (eq. 27).
+    !> Relative residual (eq. 27).
     real(wp) :: tolerance = 1.0e-4_wp
     integer :: max_iterations = 20
     logical :: line_search = .true.
-    !> Iterations begin where the step before leads.
+    !> Whether iterations start from the extrapolation of the previous step.
     logical :: extrapolation = .true.
-    !> Smallest step as a share of the first one before the phase stops.
+    !> Smallest step, as a fraction of the first one, below which the phase stops.
     real(wp) :: smallest_step = 1.0e-3_wp
-    !> Iterations up to which a cut step grows again, and above which the next one shrinks.
+    !> Number of iterations up to which a reduced step grows again, and above which the next one is reduced.
     integer :: few_iterations = 8
     integer :: many_iterations = 16
-    !> Error that the length of a step may cause, as a share of stresses and displacements; 0 leaves the
-    !> steps as they are cut.
+    !> Allowed error due to the step length, as a fraction of stresses and displacements; 0: the step length is not
+    !> adapted.
     real(wp) :: step_error = 0.0_wp
     !> Largest step as a load fraction.
     real(wp) :: largest_step = 1.0_wp
-    !> Largest nodal displacement of a step in cell sizes; a larger one is rejected.
+    !> Largest nodal displacement of a step in cell sizes; a step that exceeds it is rejected.
     real(wp) :: largest_move = 0.5_wp
-    !> Share of the load that stabilisation may carry; a step is re-equilibrated until it is below.
+    !> Allowed share of the load that stabilisation supports; a step is re-equilibrated until it is smaller.
     real(wp) :: stabilisation_share = 5.0e-3_wp
     integer :: max_reequilibrations = 30
-    !> Factor on the stabilisation from one re-equilibration to the next; 1 keeps it.
+    !> Factor of the stabilisation from one re-equilibration to the next; 1 for no change.
     real(wp) :: stabilisation_fade = 1.0_wp
-    !> The phase ends where a step is so many times as compliant as its first one; 0 for no such end.
+    !> Ratio of the compliance of a step to that of the first one at which the phase ends; 0 for no such condition.
     real(wp) :: limit_compliance = 0.0_wp
-    !> Proximal sub-steps where the static step is rejected, and the share of damping below which it is tried again.
+    !> Whether proximal sub-steps are used where the static step is rejected; share of damping below which the static
+    !> step is tried again.
     logical :: damping = .true.
     real(wp) :: damping_share = 1.0e-3_wp
     integer :: max_substeps = 400
-    !> Stresses and states alone are updated: no card says so, the search for a factor of safety does.
+    !> Whether only stresses and state variables are updated; set by the search for a factor of safety, not by a
+    !> keyword.
     logical :: in_place = .false.
   end type controls_type
 
-  !> Re-solve at held load and report how far the first history creeps; the state is restored.
+  !> Constant-load test: solves again at constant load and reports the change of the first history; the state is
+  !> restored.
   type :: constant_load_test_type
     integer :: repeats = 10
-    !> Load factors of the phase at which to test.
+    !> Load factors of the phase at which tests are made.
     real(wp), allocatable :: at(:)
   end type constant_load_test_type
 
-  !> How the stresses of a phase start.
+  !> Initial stresses of a phase.
   type :: initial_stress_type
     integer :: kind = initial_keep
     type(source_line_type) :: where
-    !> K0 start: level of the horizontal surface and ratio of horizontal to vertical stress.
+    !> K0 stresses: level of the horizontal surface; ratio of horizontal to vertical stress.
     real(wp) :: surface_level = 0.0_wp
     real(wp) :: k0 = 1.0_wp
     !> Height and pressure, compression positive, (2,n); height and stress 11, 22, 33, 12, 13, 23, (7,n).
     real(wp), allocatable :: pressures(:, :), stresses(:, :)
-    !> File of stresses: path relative to the working directory, places (dimension,n) and stresses (6,n).
+    !> File of stresses: path relative to the working directory; locations (dimension,n) and stresses (6,n).
     character(len=:), allocatable :: file
     real(wp), allocatable :: places(:, :), at_places(:, :)
-    !> Results of another run: step, 0 for the last one; its own file, unallocated for other files; whether state
-    !> variables are taken, too.
+    !> Results of another run: number of the step, 0 for the last one; result file of that step, unallocated for other
+    !> files; whether state variables are also used.
     integer :: step = 0
     character(len=:), allocatable :: part
     logical :: takes_state = .false.
-    !> Names of these and values at the places (names,n), and number of the material there (n).
+    !> Names and values of the state variables (names,n) and material numbers (n) at the locations.
     type(string_type), allocatable :: state_names(:)
     real(wp), allocatable :: state_at_places(:, :)
     integer, allocatable :: material_at_places(:)
   end type initial_stress_type
 
-  !> How a phase lowers the strength.
+  !> Strength reduction of a phase.
   type :: safety_type
     logical :: given = .false.
     type(source_line_type) :: where
-    !> Largest distance of the factors that are stable and lost.
+    !> Largest difference between the stable and the failed factor.
     real(wp) :: tolerance = 5.0e-3_wp
-    !> One of flow_* (qsmpm_strength_factor) and of geometry_*.
+    !> One of flow_* (qsmpm_strength_factor); one of geometry_*.
     integer :: flow = flow_material
     integer :: geometry = geometry_fixed
-    !> Factor of the run-out that follows the search; huge for none.
+    !> Factor of the run-out analysis that follows the search; huge for none.
     real(wp) :: runout = huge(1.0_wp)
   end type safety_type
 
-  !> A history value at which a phase ends.
+  !> Value of a history at which a phase ends.
   type :: stop_type
     character(len=:), allocatable :: history
     type(source_line_type) :: where
@@ -125,9 +128,9 @@ module qsmpm_phase_description
     real(wp) :: value = 0.0_wp
   end type stop_type
 
-  !> One phase: what changes, and how it is stepped.
+  !> A phase: its changes and its step control.
   type, extends(named_type) :: phase_type
-    !> Phase that it starts from the end of; empty or unallocated: the one before.
+    !> Parent phase, from whose end it starts; empty or unallocated: the previous phase.
     character(len=:), allocatable :: parent
     type(source_line_type) :: where
     !> phase_loading or phase_safety.
@@ -135,11 +138,10 @@ module qsmpm_phase_description
     type(safety_type) :: safety
     !> Load factor at the end of the phase; loads of the phase are given per unit of it.
     real(wp) :: load_factor = 1.0_wp
-    !> How long it lasts, for models that depend on time, and when it starts where it does not start at the end of the
-    !> one before.
+    !> Duration, for time-dependent models; start time, if it differs from the end time of the parent.
     real(wp) :: duration = 1.0_wp
     real(wp) :: start_time = 0.0_wp
-    !> Of the first step; 0: steps are even.
+    !> Duration of the first step; 0: equal steps.
     real(wp) :: first_time = 0.0_wp
     logical :: start_given = .false., duration_given = .false.
     type(initial_stress_type) :: initial
@@ -155,12 +157,13 @@ module qsmpm_phase_description
     type(consolidation_type) :: consolidation
     type(controls_type) :: controls
     type(constant_load_test_type) :: constant_load_test
-    !> Where it ends before its whole load, and by how much a value may be passed, relative to it.
+    !> Stop conditions before the full load; relative tolerance by which a value may be exceeded.
     type(stop_type), allocatable :: stops(:)
     real(wp) :: stop_tolerance = 1.0e-2_wp
-    !> Displacements count from its start; softened material has its first strength again.
+    !> Whether displacements are reset to zero at its start; whether the initial strength of softened material is
+    !> restored.
     logical :: reset_displacements = .false., reset_strains = .false.
-    !> Strength that follows the stress is updated at its start.
+    !> Whether a strength that depends on the stress is updated at its start.
     logical :: updates_strength = .false.
     type(source_line_type) :: strength_where
     type(drain_state_type) :: drain_state

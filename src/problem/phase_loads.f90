@@ -1,5 +1,5 @@
-!> Whether phases put loads on the model, and which are in force; props by phases: which are there, and which a phase
-!> brings to a force.
+!> Determines whether phases apply loads and which loads are in force; for props, which are installed in a phase and
+!> which are prestressed in it.
 module qsmpm_phase_loads
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: traction_type
@@ -11,18 +11,18 @@ module qsmpm_phase_loads
   public :: acts, consolidation_of, free_surface_of, has_consolidation, is_loaded, is_body_loaded, load_in_force, &
     prop_stage_type, prop_stage, waits
 
-  !> A prop in a phase.
+  !> State of a prop in a phase.
   type :: prop_stage_type
-    !> It is there at the end; it has been there before the last change, which its phase names.
+    !> Whether it is installed at the end of the phase; whether it was installed before its last change.
     logical :: there = .false., before = .false.
-    !> The phase brings it to a force (tension positive), in place of letting it follow its length.
+    !> Whether the phase brings it to a prescribed force (tension positive) instead of a force that follows its length.
     logical :: driven = .false.
     real(wp) :: force = 0.0_wp
   end type prop_stage_type
 
 contains
 
-  !> Whether a phase or one of its ancestors puts a load on the model.
+  !> Returns whether a phase or one of its ancestors applies a load.
   pure logical function is_loaded(phases, number)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
@@ -33,7 +33,7 @@ contains
     is_loaded = any([(acts(phases(line(i))), i=1, size(line))])
   end function is_loaded
 
-  !> Whether pore water flows in time in any phase.
+  !> Returns whether any phase has consolidation.
   pure logical function has_consolidation(phases)
     !> May be unallocated.
     type(phase_type), allocatable, intent(in) :: phases(:)
@@ -42,7 +42,7 @@ contains
     if (allocated(phases)) has_consolidation = any(phases%consolidation%given)
   end function has_consolidation
 
-  !> Phase whose *CONSOLIDATION is in force in another, 0 for none.
+  !> Returns the phase whose *CONSOLIDATION is in force in another phase, 0 for none.
   pure integer function consolidation_of(phases, number) result(from)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
@@ -56,7 +56,7 @@ contains
     end do
   end function consolidation_of
 
-  !> Phase whose levels bound ground that consolidates under a free surface in another, 0 for none.
+  !> Returns the phase whose levels bound consolidating soil with a free surface in another phase, 0 for none.
   pure integer function free_surface_of(phases, number) result(from)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
@@ -71,25 +71,25 @@ contains
     end do
   end function free_surface_of
 
-  !> Whether time passes in a phase and nothing else changes.
+  !> Returns whether only time passes in a phase.
   pure logical function waits(phase)
     type(phase_type), intent(in) :: phase
     integer :: i
 
-    ! What is held anew moves nothing; what is freed does.
+    ! A new fixity causes no change; a release does.
     waits = .not. loads(phase) .and. size(phase%supports) + size(phase%activations) + size(phase%deactivations) &
       + size(phase%materials) + size(phase%water_levels) == 0 .and. &
       all([(any(phase%fixities(i)%fixed), i=1, size(phase%fixities))])
   end function waits
 
-  !> Whether a phase puts a load on the model, or lets its water flow.
+  !> Returns whether a phase applies a load or has consolidation.
   pure logical function acts(phase)
     type(phase_type), intent(in) :: phase
 
     acts = loads(phase) .or. phase%consolidation%given
   end function acts
 
-  !> Whether a phase puts a load on the model.
+  !> Returns whether a phase applies a load.
   pure logical function loads(phase) result(acts)
     type(phase_type), intent(in) :: phase
     integer :: i
@@ -102,14 +102,14 @@ contains
       + abs(phase%tractions(i)%gradient) > 0.0_wp, i=1, size(phase%tractions))])
   end function loads
 
-  !> The last traction or pressure that some phases put on a surface, their load factor in it; none of both is 0.
+  !> Returns the last nonzero traction or pressure that some phases apply to a surface, with its load factor.
   pure type(traction_type) function load_in_force(phases, path, surface, follows) result(last)
     type(phase_type), intent(in) :: phases(:)
-    !> Numbers of the phases, one after the other.
+    !> Numbers of the phases in sequence.
     integer, intent(in) :: path(:)
     !> Name of the surface.
     character(len=*), intent(in) :: surface
-    !> A pressure is looked for.
+    !> Whether a pressure is sought.
     logical, intent(in) :: follows
     integer :: p, i
 
@@ -126,7 +126,7 @@ contains
     end do
   end function load_in_force
 
-  !> Whether a phase loads rigid bodies and moves none.
+  !> Returns whether a phase applies loads to rigid bodies and prescribes no motion of them.
   pure logical function is_body_loaded(phase)
     type(phase_type), intent(in) :: phase
 
@@ -135,10 +135,10 @@ contains
     is_body_loaded = size(phase%moves) > 0 .and. all(phase%moves%is_load)
   end function is_body_loaded
 
-  !> What becomes of a prop in a phase.
+  !> Returns the state of a prop in a phase.
   pure type(prop_stage_type) function prop_stage(phases, number, name) result(stage)
     type(phase_type), intent(in) :: phases(:)
-    !> Of the phase.
+    !> Number of the phase.
     integer, intent(in) :: number
     character(len=*), intent(in) :: name
     integer, allocatable :: line(:)

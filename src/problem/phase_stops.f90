@@ -1,8 +1,8 @@
-!> Where a phase ends before its whole load: a history, or the factor of a safety phase, reaches a value.
+!> Stop conditions of a phase before its full load: a history, or the factor of a safety phase, reaches a value.
 !>
-!> A history reaches its value in the step at whose end it lies at or beyond it. Where the step went past it by more
-!> than the tolerance, the step is taken again with the length at which the history, interpolated along the step,
-!> reaches it.
+!> A history reaches its value in the step at whose end it equals or exceeds the value. If it exceeds the value by more
+!> than the tolerance, the step is repeated with the length at which the history, interpolated linearly over the step,
+!> reaches the value.
 module qsmpm_phase_stops
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: stop_type, stop_above
@@ -11,14 +11,14 @@ module qsmpm_phase_stops
 
   public :: is_reached, stop_share
 
-  !> What a stop names for the factor in force of a safety phase: its column of the curves.
+  !> Name of the current factor of a safety phase in a stop condition: its column of curves.csv.
   character(len=*), parameter, public :: factor_column = 'F'
-  !> A step that is taken again goes at least this share of its length.
+  !> Minimum fraction of its length for a repeated step.
   real(wp), parameter :: least_share = 1.0e-3_wp
 
 contains
 
-  !> Whether a value lies at or beyond that of a stop.
+  !> Returns whether a value equals or exceeds that of a stop condition.
   pure logical function is_reached(stop, value)
     type(stop_type), intent(in) :: stop
     real(wp), intent(in) :: value
@@ -26,13 +26,13 @@ contains
     is_reached = merge(value >= stop%value, value <= stop%value, stop%side == stop_above)
   end function is_reached
 
-  !> Share of a step after which its phase ends: 1 at its end, less where the step is to be taken again up to there,
-  !> 2 where none is reached.
+  !> Returns the fraction of a step after which its phase ends: 1 at its end, less if the step must be repeated up to
+  !> that fraction, 2 if no condition is met.
   pure real(wp) function stop_share(stops, tolerance, before, after) result(share)
     type(stop_type), intent(in) :: stops(:)
-    !> By how much a value may be passed, relative to it.
+    !> Relative tolerance by which a value may be exceeded.
     real(wp), intent(in) :: tolerance
-    !> Values of the history of each stop at the start and at the end of the step.
+    !> Values of the history of each stop condition at the start and at the end of the step.
     real(wp), intent(in) :: before(:), after(:)
     real(wp) :: crossing
     integer :: i

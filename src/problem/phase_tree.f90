@@ -1,6 +1,6 @@
-!> Phases as a tree: each starts from the end of its parent, which is the phase before it unless *PHASE, PARENT= names
-!> an earlier one. Loads, fixities and times in force follow the line of ancestors. When phases start: each at the end
-!> of its parent unless it says another time, the first one at 0.
+!> The tree of phases: each phase starts from the end of its parent, which is the previous phase unless *PHASE, PARENT=
+!> names an earlier one. Loads, fixities and times in force are those of the ancestors. A phase starts at the end time
+!> of its parent unless a start time is given, the first one at 0.
 module qsmpm_phase_tree
   use qsmpm_phase_description, only: phase_type, phase_safety
   use qsmpm_kinds, only: wp
@@ -11,7 +11,7 @@ module qsmpm_phase_tree
 
 contains
 
-  !> Whether a phase names its parent.
+  !> Returns whether a phase names its parent.
   pure logical function has_parent(phase)
     type(phase_type), intent(in) :: phase
 
@@ -19,7 +19,7 @@ contains
     if (allocated(phase%parent)) has_parent = len(phase%parent) > 0
   end function has_parent
 
-  !> Number of the phase that a phase starts from; 0 for none, and where there is none of the name before it.
+  !> Returns the number of the parent of a phase; 0 if there is none, or if no earlier phase has the name.
   pure integer function parent_of(phases, number) result(parent)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
@@ -31,7 +31,7 @@ contains
     end do
   end function parent_of
 
-  !> Numbers of a phase and its ancestors, the first phase first.
+  !> Returns the numbers of a phase and its ancestors, starting with the first phase.
   pure function lineage(phases, number) result(line)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
@@ -46,7 +46,7 @@ contains
     end do
   end function lineage
 
-  !> Whether any phase behind a later one starts from the end of a phase.
+  !> Returns whether any phase after `later` starts from the end of a phase.
   pure logical function is_wanted(phases, number, later)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number, later
@@ -55,7 +55,7 @@ contains
     is_wanted = any([(parent_of(phases, p) == number, p=later + 1, size(phases))])
   end function is_wanted
 
-  !> Time at the start of a phase.
+  !> Returns the time at the start of a phase.
   pure real(wp) function phase_start_time(phases, number) result(time)
     type(phase_type), intent(in) :: phases(:)
     !> Number of the phase.
@@ -73,7 +73,7 @@ contains
     end do
   end function phase_start_time
 
-  !> Time at a load fraction of a phase; it stands still while a factor of safety is searched.
+  !> Returns the time at a load fraction of a phase; it is constant during the search for a factor of safety.
   pure real(wp) function time_in_phase(phases, number, fraction) result(time)
     type(phase_type), intent(in) :: phases(:)
     !> Number of the phase.

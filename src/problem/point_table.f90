@@ -1,6 +1,6 @@
-!> Tables of targets for a point: a CSV file whose first line names what is prescribed, `e22 [%],s11 [kPa]`, and whose
-!> other lines are targets one after the other. A column named `time` says when each is reached; `step` and `phase` are
-!> not read.
+!> Tables of targets for a point test: a CSV file whose first line names the prescribed quantities, `e22 [%],s11
+!> [kPa]`, and whose other lines are consecutive targets. A column named `time` gives the time of each target; columns
+!> `step` and `phase` are ignored.
 module qsmpm_point_table
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
@@ -13,7 +13,7 @@ module qsmpm_point_table
 
   public :: parse_targets, unit_factor
 
-  !> Units of stress that are converted, in Pa.
+  !> Supported units of stress, with their factors to Pa.
   character(len=8), parameter :: stress_units(10) = [character(len=8) :: 'Pa', 'kPa', 'MPa', 'GPa', 'N/m^2', &
     'kN/m^2', 'MN/m^2', 'N/mm^2', 'N/cm^2', 'bar']
   real(wp), parameter :: pascals(10) = [1.0_wp, 1.0e3_wp, 1.0e6_wp, 1.0e9_wp, 1.0_wp, 1.0e3_wp, 1.0e6_wp, 1.0e6_wp, &
@@ -21,30 +21,30 @@ module qsmpm_point_table
 
 contains
 
-  !> Whether a quantity is a stress.
+  !> Returns whether a quantity is a stress.
   pure logical function is_stress(driven)
-    !> One of lead_*.
+    !> One of driven_*.
     integer, intent(in) :: driven
 
     is_stress = driven > driven_stress .or. any(driven == [driven_axial_stress, driven_deviator, driven_cell_pressure, &
       driven_shear_stress, driven_normal_stress, driven_pressure])
   end function is_stress
 
-  !> Targets of a table.
+  !> Reads the targets of a table.
   pure subroutine parse_targets(path, text, stress_unit, driven_components, targets, times, error)
     !> Path of the file, for messages.
     character(len=*), intent(in) :: path
-    !> What it holds.
+    !> Content of the file.
     character(len=*), intent(in) :: text
     !> Unit of stress of the deck, FORCE/LENGTH^2.
     character(len=*), intent(in) :: stress_unit
-    !> What is prescribed, one of driven_* a column.
+    !> Prescribed quantities, one of driven_* per column.
     integer, allocatable, intent(out) :: driven_components(:)
     !> Targets in the deck's units (column, row).
     real(wp), allocatable, intent(out) :: targets(:, :)
-    !> Time of each row from the start of the stage; unallocated without a column of times.
+    !> Time of each row from the start of the stage; unallocated without a time column.
     real(wp), allocatable, intent(out) :: times(:)
-    !> Set when the table is not good.
+    !> Set when the table has errors.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: lines(:), cells(:)
     integer, allocatable :: column(:), places(:)
@@ -78,19 +78,19 @@ contains
     if (time_column > 0) call check_times(path, places(2:), times, error)
   end subroutine parse_targets
 
-  !> Times must rise from row to row; the first row may be at the start of the stage.
+  !> Checks that times increase from row to row; the first row may be at the start of the stage.
   pure subroutine check_times(path, places, times, error)
     !> Path of the file.
     character(len=*), intent(in) :: path
-    !> Line of each row.
+    !> Line number of each row.
     integer, intent(in) :: places(:)
     real(wp), intent(in) :: times(:)
-    !> Set when one is not after the one before.
+    !> Set when a time is not greater than the previous one.
     type(error_type), allocatable, intent(out) :: error
     integer :: i
     real(wp) :: before
 
-    ! The first row may be at the start, when it is not the only one.
+    ! The first row may be at the start, unless it is the only one.
     before = merge(-tiny(1.0_wp), 0.0_wp, size(times) > 1)
     do i = 1, size(times)
       if (times(i) > before) then
@@ -103,7 +103,7 @@ contains
     end do
   end subroutine check_times
 
-  !> The line of headings.
+  !> Reads the header line.
   pure subroutine parse_head(path, line, stress_unit, driven_components, column, factor, time_column, error)
     !> Path of the file.
     character(len=*), intent(in) :: path
@@ -112,12 +112,12 @@ contains
     character(len=*), intent(in) :: stress_unit
     !> Prescribed components.
     integer, allocatable, intent(out) :: driven_components(:)
-    !> Where it stands in a row, and the factor to the deck's unit.
+    !> Column of each component and its factor to the unit of the deck.
     integer, allocatable, intent(out) :: column(:)
     real(wp), allocatable, intent(out) :: factor(:)
-    !> Where the time stands, 0 without.
+    !> Column of the time, 0 for none.
     integer, intent(out) :: time_column
-    !> Set when a heading is not known.
+    !> Set when a heading is unknown.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: cells(:)
     character(len=:), allocatable :: name, unit
@@ -147,7 +147,7 @@ contains
     if (size(driven_components) == 0) call fail(error, error_deck, path//':1: no column is a prescribed component')
   end subroutine parse_head
 
-  !> What a heading prescribes, and the factor from its unit to that of the deck.
+  !> Returns the component of a heading and the factor from its unit to that of the deck.
   pure subroutine find_component(path, heading, name, unit, stress_unit, driven, factor, error)
     character(len=*), intent(in) :: path, heading
     !> Parts of the heading.
@@ -156,7 +156,7 @@ contains
     character(len=*), intent(in) :: stress_unit
     integer, intent(out) :: driven
     real(wp), intent(out) :: factor
-    !> Set when name or unit are not known.
+    !> Set when name or unit are unknown.
     type(error_type), allocatable, intent(out) :: error
 
     factor = 0.0_wp
@@ -170,13 +170,13 @@ contains
       "' cannot be converted to '"//trim(merge(stress_unit, repeat('-', len(stress_unit)), is_stress(driven)))//"'")
   end subroutine find_component
 
-  !> Name and unit of a heading `name [unit]`.
+  !> Returns name and unit of a heading `name [unit]`.
   pure subroutine cut_heading(text, name, unit)
     !> The heading.
     character(len=*), intent(in) :: text
-    !> Its name as capitals, blanks and underscores as one blank.
+    !> Its name in capitals, with blanks and underscores as one blank.
     character(len=:), allocatable, intent(out) :: name
-    !> Its unit, empty when there is none.
+    !> Its unit, empty if there is none.
     character(len=:), allocatable, intent(out) :: unit
     integer :: open, close
 
@@ -187,11 +187,11 @@ contains
     if (close > open) unit = stripped(text(open + 1:close - 1))
   end subroutine cut_heading
 
-  !> Factor from a unit to the deck's; 0 when there is none.
+  !> Returns the factor from a unit to that of the deck; 0 if there is none.
   pure real(wp) function unit_factor(unit, stress, stress_unit) result(factor)
-    !> The unit, empty for the deck's.
+    !> The unit, empty for that of the deck.
     character(len=*), intent(in) :: unit
-    !> It is one of stress, else of strain.
+    !> Whether it is a unit of stress, otherwise of strain.
     logical, intent(in) :: stress
     !> Unit of stress of the deck.
     character(len=*), intent(in) :: stress_unit
@@ -210,16 +210,16 @@ contains
     end if
   end function unit_factor
 
-  !> A row of targets.
+  !> Reads a row of targets.
   pure subroutine parse_row(place, cells, column, factor, targets, error)
     !> File and line, for messages.
     character(len=*), intent(in) :: place
     type(string_type), intent(in) :: cells(:)
-    !> Where the targets stand, and their factors.
+    !> Columns of the targets and their factors.
     integer, intent(in) :: column(:)
     real(wp), intent(in) :: factor(:)
     real(wp), intent(out) :: targets(:)
-    !> Set when one is no number.
+    !> Set when a value is not a number.
     type(error_type), allocatable, intent(out) :: error
     integer :: i, outcome
 

@@ -1,17 +1,19 @@
-!> The method of a deck that names none: what docs/methods/choosing.md recommends for its grid and its materials.
+!> Selects the method of a deck that defines none, as recommended in docs/methods/choosing.md for its grid and
+!> materials.
 !>
 !>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.001 where a material can yield
 !>   the same with a moving mesh          SPLINE2, POINTS, 9 (27) points, FACTOR 5e-4
-!>   triangles that fit the outlines      FEM, 3 points a TRI6, where no body is moved through them or comes as drawn;
-!>                                        when they are worn the first on the grid
+!>   triangles that conform to outlines   FEM, 3 points per TRI6, if no body is moved through them or has its initial
+!>                                        shape when activated; replaced by the first on the grid when too distorted
 !>   every other mesh                     STANDARD, CELL
 !>   the first with stiff bodies on lines STANDARD, CELL
 !>
-!> A body some hundred times as stiff as the softest one, a wall of concrete in soil, is a layer that splines over the
-!> cells around it do not follow: beside one that fills whole cells runs stop (stiff_bodies.toml), and cells that end
-!> where it does have no such trouble. Where it ends within cells splines still are the better choice.
+!> A body about a hundred times as stiff as the softest one, such as a concrete wall in soil, is a layer that splines
+!> over the adjacent cells cannot represent: next to such a body that fills whole cells runs stop (stiff_bodies.toml),
+!> whereas cells with their edges on its boundary have no such difficulty. If it ends inside cells, splines are still
+!> the better choice.
 !>
-!> What the deck says itself stays. Programs that build an analysis without a deck name their method.
+!> Settings of the deck are not changed. Programs that build an analysis without a deck specify their method.
 module qsmpm_recommended_method
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -31,20 +33,20 @@ module qsmpm_recommended_method
 
   public :: undecided_method, decide_mesh, decide_method, stiff_body
 
-  !> Marks of what a deck leaves open.
+  !> Values of settings not given in a deck.
   integer, parameter :: open_integration = 0, open_stabilisation = -1
-  !> Strength of the ghost penalty for plastic flow, and for a body that is pushed by a moving mesh (ghost.md).
+  !> Ghost penalty factor for plastic flow, and for a body that is pushed by a moving mesh (ghost.md).
   real(wp), parameter :: factor_of_flow = 1.0e-3_wp, factor_of_push = 5.0e-4_wp
-  !> Points of a cell that the second moments of quadratic functions need, in the plane and in space; points that
-  !> integrate a triangle of them that goes with the ground.
+  !> Number of points per cell required by the second moments of quadratic functions, in plane and 3D models; number of
+  !> points that integrate a quadratic triangle that moves with the material.
   integer, parameter :: points_in_plane = 9, points_in_space = 27, points_in_triangle = 3
-  !> Young's modulus over the least one of the deck from which a body is stiff; a place on a line of the grid, as a
-  !> share of its length.
+  !> Minimum ratio of Young's modulus to the least one of the deck for a stiff body; tolerance of a coordinate on a
+  !> grid line, as a fraction of the length.
   real(wp), parameter :: stiff = 30.0_wp, on_line = 1.0e-6_wp
 
 contains
 
-  !> A method of which nothing is decided but the kinematics.
+  !> Returns a method in which only the kinematics is set.
   pure type(method_type) function undecided_method() result(method)
 
     method%basis = basis_auto
@@ -52,10 +54,10 @@ contains
     method%stabilisation = open_stabilisation
   end function undecided_method
 
-  !> The element of a *GRID that names none.
+  !> Selects the element of a *GRID without ELEMENT.
   pure subroutine decide_mesh(analysis, points)
     type(analysis_type), intent(inout) :: analysis
-    !> Points of a cell that *POINTS asks for, 0 for the usual number (cards).
+    !> Points per cell given by *POINTS, 0 for the default number (*POINTS keywords).
     integer, intent(in) :: points(:)
 
     if (analysis%mesh%kind /= mesh_grid .or. .not. allocated(analysis%mesh%element)) return
@@ -70,8 +72,8 @@ contains
     end if
   end subroutine decide_mesh
 
-  !> Whether triangles that fit the scene are the better background: ground that fails, layers, or outlines off the
-  !> lines, and nothing that wants a grid.
+  !> Returns whether a body-fitted mesh is the better background: soil that can fail, layers, or outlines that are not
+  !> on grid lines, and no feature that requires a grid.
   pure logical function is_to_be_fitted(analysis, points) result(fits)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: points(:)
@@ -91,9 +93,9 @@ contains
     fits = fits .and. .not. all([(ends_on_lines(analysis, b), b=1, size(analysis%bodies))])
   end function is_to_be_fitted
 
-  !> Decide what is open, and say in `method_reason` what and why where the basis was.
+  !> Selects the settings that are not given, and describes the selected basis and the reason in `method_reason`.
   pure subroutine decide_method(analysis)
-    !> The analysis, read to its end.
+    !> The analysis after the deck has been read completely.
     type(analysis_type), intent(inout) :: analysis
     integer :: b
 
@@ -137,8 +139,9 @@ contains
     end if
   end subroutine decide_method
 
-  !> The grid of splines that follows when triangles are worn, where nothing is pushed by nodes that they have and it
-  !> does not, and no weak seam is too thin for it: it would be held up by what is beside it within its cells.
+  !> Prepares the spline grid that replaces triangles that are too distorted, unless nodes not on the grid have
+  !> prescribed displacements, or a weak seam is too thin for the grid and would be supported by the adjacent material
+  !> in its cells.
   pure subroutine prepare_grid(analysis)
     type(analysis_type), intent(inout) :: analysis
     type(analysis_type) :: grid
@@ -158,7 +161,8 @@ contains
     call note_background(grid, analysis%backgrounds(2))
   end subroutine prepare_grid
 
-  !> The first set whose nodes the grid of the lines has not: one that is pushed, or held off the lines; else nothing.
+  !> Returns the first set without equivalent on the grid: with prescribed displacements, or fixed and not on grid
+  !> lines; otherwise empty.
   pure function lost_set(analysis) result(name)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: name
@@ -184,7 +188,7 @@ contains
 
   contains
 
-    !> Whether no corner of the grid is in a set.
+    !> Returns whether no corner of the grid is in a set.
     pure logical function is_off(name)
       character(len=*), intent(in) :: name
       integer :: s
@@ -198,7 +202,7 @@ contains
     end function is_off
   end function lost_set
 
-  !> Mesh and method that an analysis has now.
+  !> Stores the current mesh and method of an analysis.
   pure subroutine note_background(analysis, background)
     type(analysis_type), intent(in) :: analysis
     type(background_type), intent(inout) :: background
@@ -208,8 +212,8 @@ contains
     background%method = analysis%method
   end subroutine note_background
 
-  !> Whether a mesh that goes with the ground is lost: a body that comes does not fill its cells, or rigid ones are
-  !> moved.
+  !> Returns whether a mesh that moves with the material cannot be used: an activated body does not fill its cells, or
+  !> rigid bodies are moved.
   pure logical function leaves_its_cells(analysis) result(leaves)
     type(analysis_type), intent(in) :: analysis
     integer :: p
@@ -219,7 +223,7 @@ contains
     if (allocated(analysis%phases)) leaves = leaves .or. any([(leaves_cells(analysis, p), p=1, size(analysis%phases))])
   end function leaves_its_cells
 
-  !> Splines on a grid.
+  !> Selects splines on a grid.
   pure subroutine decide_splines(analysis)
     type(analysis_type), intent(inout) :: analysis
 
@@ -238,7 +242,7 @@ contains
     call seed(analysis%bodies, merge(points_in_space, points_in_plane, analysis%model == three_dimensional))
   end subroutine decide_splines
 
-  !> Points of a cell for bodies that the deck gives none.
+  !> Sets the number of points per cell for bodies for which none is given.
   pure subroutine seed(bodies, points)
     type(body_type), intent(inout) :: bodies(:)
     integer, intent(in) :: points
@@ -246,8 +250,8 @@ contains
     where (bodies%points_per_element == 0) bodies%points_per_element = points
   end subroutine seed
 
-  !> The first body that is much stiffer than the softest material of the deck, by a material that it has at the start
-  !> or gets; 0 for none. Of soil laws and models of the user no modulus is known.
+  !> Returns the first body that is much stiffer than the softest material of the deck, with its initial material or a
+  !> later one; 0 for none. The moduli of soil laws and user models are unknown.
   pure integer function stiff_body(analysis) result(b)
     type(analysis_type), intent(in) :: analysis
     real(wp), allocatable :: young(:, :)
@@ -260,7 +264,7 @@ contains
     end associate
   end function stiff_body
 
-  !> Whether the bounds of a body are lines of the grid: a box, or a polygon of such edges.
+  !> Returns whether the boundary of a body is on grid lines: a box, or a polygon of such edges.
   pure logical function ends_on_lines(analysis, b) result(ends)
     type(analysis_type), intent(in) :: analysis
     !> Number of the body.
@@ -268,7 +272,7 @@ contains
     integer :: d, i, n, next
 
     ends = .false.
-    ! The grid of a deck with errors may have none.
+    ! The grid of a deck with errors may have no lines.
     do d = 1, merge(3, 2, analysis%model == three_dimensional)
       if (.not. allocated(analysis%mesh%axes(d)%lines)) return
     end do
@@ -288,7 +292,7 @@ contains
     end associate
   end function ends_on_lines
 
-  !> Whether a coordinate is one of the lines of an axis, or beyond its ends.
+  !> Returns whether a coordinate is on one of the lines of an axis, or outside the grid.
   pure logical function is_line(lines, x)
     real(wp), intent(in) :: lines(:)
     real(wp), intent(in) :: x
@@ -298,11 +302,11 @@ contains
     end associate
   end function is_line
 
-  !> Fill in what is open.
+  !> Sets values that are not given.
   pure subroutine take(method, basis, integration, stabilisation, factor)
     type(method_type), intent(inout) :: method
     integer, intent(in) :: basis, integration, stabilisation
-    !> Negative for the usual one of the stabilisation.
+    !> Negative for the default of the stabilisation.
     real(wp), intent(in) :: factor
 
     method%basis = basis
@@ -313,7 +317,7 @@ contains
     end if
   end subroutine take
 
-  !> Whether the mesh is a grid along the axes whose cells are boxes.
+  !> Returns whether the mesh is an axis-parallel grid with rectangular cells.
   pure logical function is_spline_grid(analysis)
     type(analysis_type), intent(in) :: analysis
 

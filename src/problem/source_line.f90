@@ -1,11 +1,11 @@
-!> Where in the input an item was written.
+!> Location of an item in the input.
 module qsmpm_source_line
   implicit none
   private
 
   public :: source_line_type
 
-  !> Where in the input an item was written, for errors found after parsing.
+  !> Location of an item in the input, for errors found after parsing.
   type :: source_line_type
     character(len=:), allocatable :: file
     integer :: line = 0

@@ -1,9 +1,9 @@
-!> The horizontal stress of ground at rest under its vertical stress (both effective, compression positive):
+!> Horizontal stress at rest from the vertical stress (both effective, compression positive).
 !>
 !>   sigma_h = K0nc sigma_p - (sigma_p - sigma_v) nu/(1 - nu),     sigma_p = OCR sigma_v  or  sigma_v + POP
 !>
-!> the largest vertical stress that the ground has carried by K0 of first loading, less what elastic unloading to the
-!> present one takes away: K0 = K0nc OCR - (OCR - 1) nu/(1 - nu). K0nc is a value or, after Jaky, 1 - sin phi.
+!> This is the maximum past vertical stress times K0 of normally consolidated soil, minus the reduction by elastic
+!> unloading to the current one: K0 = K0nc OCR - (OCR - 1) nu/(1 - nu). K0nc is a value or, after Jaky, 1 - sin phi.
 module qsmpm_stress_at_rest
   use qsmpm_kinds, only: wp, pi
   use qsmpm_material_description, only: material_type, traits_of
@@ -15,17 +15,17 @@ module qsmpm_stress_at_rest
 
 contains
 
-  !> Whether a material has a K0 of its own.
+  !> Returns whether a material has its own K0.
   pure logical function has_ratio(material)
     type(material_type), intent(in) :: material
 
     has_ratio = material%at_rest%jaky .or. material%at_rest%k0 > 0.0_wp
   end function has_ratio
 
-  !> Horizontal stress of a vertical one.
+  !> Returns the horizontal stress for a vertical stress.
   pure real(wp) function horizontal_at_rest(material, default, vertical) result(horizontal)
     type(material_type), intent(in) :: material
-    !> K0 of materials which have none of their own.
+    !> K0 of materials without their own.
     real(wp), intent(in) :: default
     !> Compression positive, as the result.
     real(wp), intent(in) :: vertical
@@ -34,7 +34,7 @@ contains
 
     associate (rest => material%at_rest)
       past = rest%overconsolidation*vertical + rest%pre_overburden
-      ! K0 of first loading.
+      ! K0 of normally consolidated soil.
       ratio = default
       if (material%at_rest%k0 > 0.0_wp) ratio = material%at_rest%k0
       if (material%at_rest%jaky) then
@@ -48,7 +48,7 @@ contains
     end associate
   end function horizontal_at_rest
 
-  !> Poisson's ratio of elastic unloading: that of *K0, else of the drained material; 0 where it is not known.
+  !> Returns Poisson's ratio for elastic unloading: that of *K0, otherwise of the drained material; 0 if unknown.
   pure real(wp) function unloading_poisson(material) result(poisson)
     type(material_type), intent(in) :: material
     type(law_description_type) :: traits
@@ -61,7 +61,7 @@ contains
     if (material%at_rest%poisson >= 0.0_wp) poisson = material%at_rest%poisson
   end function unloading_poisson
 
-  !> Passive ratio (1 + sin phi)/(1 - sin phi) of a material whose strength is friction alone; huge for others.
+  !> Returns the passive ratio (1 + sin phi)/(1 - sin phi) of a purely frictional material; huge for others.
   pure real(wp) function passive_ratio(material) result(ratio)
     type(material_type), intent(in) :: material
     type(law_description_type) :: traits

@@ -1,12 +1,12 @@
-!> Points of another run, from its results: places, stresses and state variables that have names. The index `results.h5`
-!> lists the steps; each has a file of its own in the folder beside it.
+!> Reads the points of another run from its results: locations, stresses and named state variables. The index
+!> `results.h5` lists the steps; each has a file of its own in the folder `results/`.
 !>
-!> Stresses at places, from a CSV file: its first line names the columns, the others are one place each.
+!> Also reads stresses from a CSV file: its first line names the columns, every other line is one location.
 !>
-!> x, y, z coordinates; z in space only s11, s22, s33, s12, s13, s23 stress, tension positive; components that are not
-!> named are 0
+!> x, y, z coordinates, z in 3D only; s11, s22, s33, s12, s13, s23 stresses, tension positive; unnamed components are
+!> 0.
 !>
-!> Other columns are not read.
+!> Other columns are ignored.
 module qsmpm_stress_results
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
@@ -18,7 +18,7 @@ module qsmpm_stress_results
 
   public :: is_results, read_stress_results, read_state_results, read_stress_file
 
-  !> Folder of the steps beside the index.
+  !> Folder of the step files next to the index.
   character(len=*), parameter :: parts = 'results/'
 
   character(len=3), parameter :: axes(3) = ['x  ', 'y  ', 'z  '], &
@@ -26,7 +26,7 @@ module qsmpm_stress_results
 
 contains
 
-  !> Whether a file is one of results, by its name.
+  !> Returns whether a file is a result index, by its name.
   pure logical function is_results(path)
     character(len=*), intent(in) :: path
 
@@ -34,9 +34,9 @@ contains
     if (len(path) > 3) is_results = path(len(path) - 2:) == '.h5'
   end function is_results
 
-  !> Read the points of a step.
+  !> Reads the points of a step.
   subroutine read_stress_results(path, dimension, step, places, stresses, part, error)
-    !> The index.
+    !> Path of the index.
     character(len=*), intent(in) :: path
     !> 2 or 3.
     integer, intent(in) :: dimension
@@ -46,7 +46,7 @@ contains
     real(wp), allocatable, intent(out) :: places(:, :), stresses(:, :)
     !> File of the step.
     character(len=:), allocatable, intent(out) :: part
-    !> What is wrong.
+    !> Set when the results cannot be read.
     type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: positions(:, :)
     type(reader_type) :: reader
@@ -68,12 +68,12 @@ contains
     call fail(error, error_deck, "'"//part//"' has no stresses of material points")
   end subroutine read_stress_results
 
-  !> Read a state variable of the points of a step.
+  !> Reads a state variable of the points of a step.
   subroutine read_state_results(part, name, values, material, error)
     !> File of the step.
     character(len=*), intent(in) :: part
     character(len=*), intent(in) :: name
-    !> (n); unallocated where the run had no such variable.
+    !> (n); unallocated if the run had no such variable.
     real(wp), allocatable, intent(out) :: values(:)
     !> Number of the material of each point (n).
     integer, allocatable, intent(out) :: material(:)
@@ -86,7 +86,7 @@ contains
     call close_as_deck(reader, error)
   end subroutine read_state_results
 
-  !> Close a file; what is wrong with it is an error of the deck that names it.
+  !> Closes a file; an error is reported as an error of the deck.
   subroutine close_as_deck(reader, error)
     type(reader_type), intent(inout) :: reader
     type(error_type), allocatable, intent(out) :: error
@@ -95,9 +95,9 @@ contains
     if (allocated(error)) error%code = error_deck
   end subroutine close_as_deck
 
-  !> The results are those of a model of as many dimensions.
+  !> Checks that the results are from a model of the same dimension.
   subroutine check_dimension(path, dimension, error)
-    !> The index.
+    !> Path of the index.
     character(len=*), intent(in) :: path
     integer, intent(in) :: dimension
     type(error_type), allocatable, intent(out) :: error
@@ -113,11 +113,11 @@ contains
       'has '//integer_text(dimension)//': take those of a run with the same *MODEL, TYPE')
   end subroutine check_dimension
 
-  !> File of a step.
+  !> Finds the file of a step.
   subroutine find_part(path, step, part, error)
-    !> The index.
+    !> Path of the index.
     character(len=*), intent(in) :: path
-    !> 0 for the last one.
+    !> Number of the step, 0 for the last one.
     integer, intent(in) :: step
     character(len=:), allocatable, intent(out) :: part
     type(error_type), allocatable, intent(out) :: error
@@ -145,7 +145,7 @@ contains
     end if
   end subroutine find_part
 
-  !> Folder of the parts of an index.
+  !> Returns the folder of the step files of an index.
   pure function folder_of(path) result(folder)
     character(len=*), intent(in) :: path
     character(len=:), allocatable :: folder
@@ -153,14 +153,14 @@ contains
     folder = path(:index(path, '/', back=.true.))//parts
   end function folder_of
 
-  !> Read a file.
+  !> Reads a file of stresses.
   subroutine read_stress_file(path, dimension, places, stresses, error)
     character(len=*), intent(in) :: path
     !> 2 or 3.
     integer, intent(in) :: dimension
     !> (dimension, n), (6, n)
     real(wp), allocatable, intent(out) :: places(:, :), stresses(:, :)
-    !> What is wrong, with path and line.
+    !> Set on an error, with path and line.
     type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: table(:, :)
     integer, allocatable :: lines(:)

@@ -1,4 +1,4 @@
-!> The vertical of a scene, by the gravity of its phases.
+!> The vertical direction of a scene, from the gravity of its phases.
 module qsmpm_vertical
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -9,7 +9,7 @@ module qsmpm_vertical
 
 contains
 
-  !> Coordinate along which gravity acts most in any phase; y without gravity.
+  !> Returns the axis along which gravity is largest in any phase; y without gravity.
   pure integer function vertical_of(analysis) result(axis)
     type(analysis_type), intent(in) :: analysis
     real(wp) :: gravity(3)
@@ -23,8 +23,8 @@ contains
     if (any(gravity > 0.0_wp)) axis = maxloc(gravity, dim=1)
   end function vertical_of
 
-  !> Sense of the vertical in which it rises, against the gravity of the first phase that has some: 1 where its
-  !> coordinate grows upwards, as without gravity, or -1.
+  !> Returns the upward direction, opposite to the gravity of the first phase with gravity: 1 if its coordinate
+  !> increases upwards, as without gravity, otherwise -1.
   pure real(wp) function upwards(analysis) result(up)
     type(analysis_type), intent(in) :: analysis
     integer :: p, axis

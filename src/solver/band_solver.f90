@@ -1,6 +1,6 @@
-!> Band solver of LAPACK: Cholesky (dpbtrf) for symmetric positive definite matrices, LU with row
-!> exchanges (dgbtrf) for others. Right for one dimension and for tiny bandwidths; memory is n times
-!> the bandwidth, so the equations must be numbered by `order_bandwidth`.
+!> LAPACK band solver: Cholesky (dpbtrf) for symmetric positive definite matrices, LU with partial pivoting (dgbtrf)
+!> for others. It is suitable for one dimension and for very small bandwidths; memory is n times the bandwidth, so the
+!> equations must be numbered by `order_bandwidth`.
 module qsmpm_band_solver
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_other
@@ -11,13 +11,13 @@ module qsmpm_band_solver
 
   public :: make_band_solver
 
-  !> The band and its factors.
+  !> Band matrix and its factors.
   type, extends(linear_solver_type) :: band_solver_type
     private
-    !> Half bandwidth k, without the diagonal.
+    !> Half bandwidth k, excluding the diagonal.
     integer :: half = 0
-    !> Symmetric: lower band, a(i,j) at (1+i-j, j), (k+1, n). Otherwise LAPACK's general band,
-    !> a(i,j) at (2k+1+i-j, j), (3k+1, n).
+    !> Symmetric: lower band, a(i,j) at (1+i-j, j), (k+1, n). Otherwise LAPACK's general band, a(i,j) at (2k+1+i-j, j),
+    !> (3k+1, n).
     real(wp), allocatable :: band(:, :)
     !> Row exchanges (n).
     integer, allocatable :: exchanged(:)
@@ -29,7 +29,7 @@ module qsmpm_band_solver
   end type band_solver_type
 
   interface
-    !> Cholesky factors of a symmetric band.
+    !> Computes the Cholesky factors of a symmetric band matrix.
     subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
       import :: wp
       character, intent(in) :: uplo
@@ -38,7 +38,7 @@ module qsmpm_band_solver
       integer, intent(out) :: info
     end subroutine dpbtrf
 
-    !> Solve with the factors of dpbtrf.
+    !> Solves with the factors of dpbtrf.
     subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
       import :: wp
       character, intent(in) :: uplo
@@ -48,7 +48,7 @@ module qsmpm_band_solver
       integer, intent(out) :: info
     end subroutine dpbtrs
 
-    !> LU factors of a general band.
+    !> Computes the LU factors of a general band matrix.
     subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
       import :: wp
       integer, intent(in) :: m, n, kl, ku, ldab
@@ -56,7 +56,7 @@ module qsmpm_band_solver
       integer, intent(out) :: ipiv(*), info
     end subroutine dgbtrf
 
-    !> Solve with the factors of dgbtrf.
+    !> Solves with the factors of dgbtrf.
     subroutine dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
       import :: wp
       character, intent(in) :: trans
@@ -70,9 +70,9 @@ module qsmpm_band_solver
 
 contains
 
-  !> A band solver.
+  !> Creates a band solver.
   subroutine make_band_solver(symmetric, solver)
-    !> Cholesky when true.
+    !> Whether Cholesky is used.
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
 
@@ -81,7 +81,7 @@ contains
     solver%symmetric = symmetric
   end subroutine make_band_solver
 
-  !> Find the bandwidth and allocate the band.
+  !> Finds the bandwidth and allocates the band.
   subroutine analyse_pattern(self, matrix, error)
     class(band_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -96,7 +96,7 @@ contains
     if (status /= 0) call fail(error, error_other, 'no memory for the band of the matrix')
   end subroutine analyse_pattern
 
-  !> Fill the band and factorise it.
+  !> Fills the band and factorises it.
   subroutine factorise_values(self, matrix, error)
     class(band_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -114,9 +114,9 @@ contains
     end if
   end subroutine factorise_values
 
-  !> Multiplications, additions and divisions; a general matrix is taken to need no exchange of rows.
+  !> Returns the number of multiplications, additions and divisions; for a general matrix without row exchanges.
   pure real(wp) function operations(n, half, symmetric)
-    !> Equations.
+    !> Number of equations.
     integer, intent(in) :: n
     !> Half bandwidth.
     integer, intent(in) :: half
@@ -126,7 +126,7 @@ contains
     if (symmetric) operations = real(n, wp)*(half + 1.0_wp)**2
   end function operations
 
-  !> Copy the rows into the band. The rows above it that exchanges fill are cleared by LAPACK.
+  !> Copies the rows to the band. The rows above it, filled by row exchanges, are cleared by LAPACK.
   pure subroutine fill_band(self, matrix, largest)
     class(band_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -150,7 +150,7 @@ contains
     end do
   end subroutine fill_band
 
-  !> Cholesky; a pivot l(i,i)**2 is judged against the diagonal entry it came from.
+  !> Computes the Cholesky factors; a pivot l(i,i)**2 is checked relative to its diagonal entry.
   subroutine factorise_symmetric(self, error)
     class(band_solver_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -175,7 +175,7 @@ contains
     end do
   end subroutine factorise_symmetric
 
-  !> LU; a pivot u(j,j) is judged against the largest entry of its column.
+  !> Computes the LU factors; a pivot u(j,j) is checked relative to the largest entry of its column.
   subroutine factorise_general(self, largest, error)
     class(band_solver_type), intent(inout) :: self
     !> Largest absolute value of each column (n).
@@ -195,7 +195,7 @@ contains
     end do
   end subroutine factorise_general
 
-  !> Forward and backward substitution.
+  !> Solves by forward and backward substitution.
   subroutine solve_factorised(self, rhs, x, error)
     class(band_solver_type), intent(inout) :: self
     real(wp), intent(in) :: rhs(:)
@@ -217,7 +217,7 @@ contains
     x = work(:, 1)
   end subroutine solve_factorised
 
-  !> Free the band.
+  !> Frees the band.
   subroutine release(self)
     class(band_solver_type), intent(inout) :: self
 

@@ -1,10 +1,11 @@
-!> Number of threads that OpenBLAS may use inside the factorisations of all back ends, and the memory it works in.
+!> Number of threads used by OpenBLAS in the factorisations of all solvers, and its work memory.
 !>
-!> The number belongs to the process, since OpenBLAS knows one only. One thread is the rule: small
-!> fronts lose by more, and sums stay the same whatever the machine.
+!> The number is a property of the process, since OpenBLAS has only one. The default is one thread: small fronts are
+!> slower with more, and sums do not depend on the machine.
 !>
-!> OpenBLAS takes a buffer for each thread at its first call and keeps it. When it cannot have one it asks for ever,
-!> so that a process with little memory would never end: it is asked for before anything is computed.
+!> OpenBLAS allocates a buffer for each thread at its first call and keeps it. If the allocation fails it repeats it
+!> endlessly, so that a process with little memory would never end; the memory is therefore checked before any
+!> computation.
 module qsmpm_blas_threads
   use, intrinsic :: iso_c_binding, only: c_int, c_long
   use qsmpm_blas, only: dgemm
@@ -16,7 +17,7 @@ module qsmpm_blas_threads
 
   public :: set_blas_threads, blas_threads, reserve_buffers
 
-  !> Size of a buffer in MiB, 32 shifted by 22 bits in the builds for x86-64, and order of a product that takes one.
+  !> Size of a buffer in MiB, 32 shifted by 22 bits in the builds for x86-64; order of a product that allocates one.
   integer, parameter :: buffer_size = 128, order = 128
 
   interface
@@ -29,7 +30,7 @@ module qsmpm_blas_threads
       import :: c_int
     end function openblas_get_num_threads
 
-    !> Not 0 when the process may have so many bytes more (posix.c).
+    !> Returns nonzero if the process can allocate so many further bytes (posix.c).
     integer(c_int) function may_have_memory(bytes) bind(c, name='qsmpm_may_have_memory')
       import :: c_int, c_long
       integer(c_long), value :: bytes
@@ -38,21 +39,21 @@ module qsmpm_blas_threads
 
 contains
 
-  !> Set the number of threads.
+  !> Sets the number of threads.
   subroutine set_blas_threads(threads)
-    !> Number of threads; less than one is taken as one.
+    !> Number of threads; values below one are replaced by one.
     integer, intent(in) :: threads
 
     call openblas_set_num_threads(int(max(1, threads), c_int))
   end subroutine set_blas_threads
 
-  !> Take the buffers of some threads.
+  !> Allocates the buffers of some threads.
   subroutine reserve_buffers(threads, error)
-    !> Threads that call OpenBLAS at once.
+    !> Number of threads that call OpenBLAS concurrently.
     integer, intent(in) :: threads
-    !> error_other: the process may not have so much memory.
+    !> error_other: the memory is not available.
     type(error_type), allocatable, intent(out) :: error
-    ! On the heap: stacks may be small (ulimit -s).
+    ! On the heap, since the stack may be small (ulimit -s).
     real(wp), allocatable :: a(:, :), b(:, :), c(:, :)
     integer :: size
 
@@ -69,7 +70,7 @@ contains
     !$omp end parallel
   end subroutine reserve_buffers
 
-  !> The number of threads in use.
+  !> Returns the number of threads in use.
   integer function blas_threads()
     blas_threads = int(openblas_get_num_threads())
   end function blas_threads

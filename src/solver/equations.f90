@@ -1,10 +1,9 @@
-!> Equations: which displacement components are unknown, how they are numbered, and the pattern of
-!> the matrix. What is added to it is left to `matrix_blocks`.
+!> Equations: selection of the unknown displacement components, their numbering, and the pattern of the matrix.
+!> Assembly is left to `matrix_blocks`.
 !>
-!> What couples nodes is a *patch*: the nodes of a cell, or of the two cells at a face of the ghost
-!> penalty. Only nodes of patches get equations, and only their free components, numbered along a
-!> fill-reducing (or bandwidth-reducing) order of the node graph. The matrix is kept while patches
-!> and constraints stay the same.
+!> Nodes are coupled by a *patch*: the nodes of a cell, or of the two cells at a face of the ghost penalty. Only nodes
+!> of patches have equations, and only for their free components, numbered in a fill-reducing (or bandwidth-reducing)
+!> order of the node graph. The matrix is retained while patches and constraints are unchanged.
 module qsmpm_equations
   use qsmpm_kinds, only: wp
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -19,13 +18,13 @@ module qsmpm_equations
 
   public :: equations_type, number_equations, one_triangle, gather, scatter
 
-  !> Numbering, pattern and where each patch's blocks go.
+  !> Numbering, pattern and positions of the blocks of each patch.
   type :: equations_type
     integer :: count = 0
-    !> What will solve: one of the solver kinds of the analysis, and whether the matrix is symmetric.
+    !> Kind of solver, as in the analysis; whether the matrix is symmetric.
     integer :: solver_kind = 0
     logical :: symmetric = .false.
-    !> The solver that they are numbered for.
+    !> Solver for which the equations are numbered.
     integer, private :: numbered_for = -1
     !> Largest half bandwidth.
     integer :: bandwidth = 0
@@ -34,30 +33,29 @@ module qsmpm_equations
     !> True for nodes of patches (node_count).
     logical, allocatable :: active(:)
     type(connectivity_type) :: connectivity
-    !> Constraints it was numbered with (dimension, node_count).
+    !> Constraints of the numbering (dimension, node_count).
     logical, allocatable :: constrained(:, :)
-    !> First pair of each patch, and for each pair (a,b), a fastest, how far before the end of node a's
-    !> rows node b's first equation stands, the same for all rows of the node whether one triangle is
-    !> stored or both; 0 where nothing is stored, as below the diagonal blocks of a symmetric matrix.
+    !> First pair of each patch; for each pair (a,b), a fastest, distance from the end of the rows of node a to the
+    !> first equation of node b, the same for all rows of the node whether one triangle is stored or both; 0 where
+    !> nothing is stored, e.g. below the diagonal blocks of a symmetric matrix.
     integer, allocatable :: pair_first(:), pair_offset(:)
   end type equations_type
 
 contains
 
-  !> Number the equations and lay out the matrix; nothing happens when patches, constraints and solver are
-  !> those of the last call.
+  !> Numbers the equations and allocates the matrix; does nothing if patches, constraints and solver are unchanged.
   subroutine number_equations(equations, connectivity, constrained, matrix, changed, error, places)
     type(equations_type), intent(inout) :: equations
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(in) :: connectivity
     !> Constrained components (dimension, node_count).
     logical, intent(in) :: constrained(:, :)
-    !> Pattern set, values untouched when nothing changed.
+    !> The pattern is set; values are retained if nothing changed.
     type(sparse_matrix_type), intent(inout) :: matrix
-    !> True when the pattern is new.
+    !> Whether the pattern is new.
     logical, intent(out) :: changed
     type(error_type), allocatable, intent(out) :: error
-    !> Coordinates of the nodes, from which an order with a narrow band may follow (2 or 3, node_count).
+    !> Coordinates of the nodes, from which an order with a narrow band may be derived (2 or 3, node_count).
     real(wp), intent(in), optional :: places(:, :)
     integer, allocatable :: first(:), neighbour(:), graph_node(:)
 
@@ -74,7 +72,7 @@ contains
     call lay_out(equations, graph_node, first, neighbour, matrix)
   end subroutine number_equations
 
-  !> One triangle of a symmetric matrix is enough for most solvers.
+  !> Returns whether the solver requires only one triangle of a symmetric matrix, as most solvers do.
   pure logical function one_triangle(equations)
     type(equations_type), intent(in) :: equations
     type(solver_row_type) :: row
@@ -83,10 +81,10 @@ contains
     one_triangle = equations%symmetric .and. row%one_triangle
   end function one_triangle
 
-  !> True when nothing that shapes the pattern has changed.
+  !> Returns whether the data that determine the pattern are unchanged.
   pure logical function same_patches(equations, connectivity, constrained) result(same)
     type(equations_type), intent(in) :: equations
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(in) :: connectivity
     logical, intent(in) :: constrained(:, :)
 
@@ -99,10 +97,10 @@ contains
     same = all(equations%constrained .eqv. constrained)
   end function same_patches
 
-  !> Give the free components numbers along the order of the nodes.
+  !> Numbers the free components in the order of the nodes.
   subroutine number_along_order(equations, graph_node, first, neighbour, error, places)
     type(equations_type), intent(inout) :: equations
-    !> Mesh node of each graph node.
+    !> Mesh node of each graph node; graph in compressed rows.
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
     type(error_type), allocatable, intent(out) :: error
     !> Coordinates of the nodes (2 or 3, node_count).
@@ -116,7 +114,7 @@ contains
     distance = node_distance(first, neighbour, position)
     if (present(places) .and. size(graph_node)*d <= most_for_band) &
       call narrow_by_sweeps(places(:, graph_node), first, neighbour, position, distance)
-    ! Bands are chosen by all components of the nodes, other solvers by those that are free, as for the matrix.
+    ! The band solver is selected by all components of the nodes, other solvers by the free ones, as for the matrix.
     n = max(count(.not. equations%constrained(:, graph_node)), min(size(graph_node)*d, most_for_band + 1))
     row = solver_row(choose_solver(equations%solver_kind, n, (distance + 1)*d, &
       (size(graph_node) + size(neighbour))*d**2, equations%symmetric, d))
@@ -139,9 +137,9 @@ contains
     end do
   end subroutine number_along_order
 
-  !> Rows and columns of the matrix and the places of all blocks.
+  !> Sets rows and columns of the matrix and the positions of all blocks.
   subroutine lay_out(equations, graph_node, first, neighbour, matrix)
-    !> The equations, numbered.
+    !> The numbered equations.
     type(equations_type), intent(inout) :: equations
     !> Mesh node of each graph node, and the graph in compressed rows.
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
@@ -167,9 +165,9 @@ contains
     call place_blocks(equations, matrix)
   end subroutine lay_out
 
-  !> Length of every row, and room for the entries.
+  !> Sets the length of each row and allocates the entries.
   subroutine start_rows(equations, graph_node, first, neighbour, matrix)
-    !> The equations, numbered.
+    !> The numbered equations.
     type(equations_type), intent(in) :: equations
     !> Mesh node of each graph node, and the graph in compressed rows.
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
@@ -199,13 +197,13 @@ contains
     allocate (matrix%values(size(matrix%column)), source=0.0_wp)
   end subroutine start_rows
 
-  !> Sorted equations of some nodes.
+  !> Returns the sorted equations of some nodes.
   pure subroutine row_columns(equations, nodes, columns)
-    !> The equations, numbered.
+    !> The numbered equations.
     type(equations_type), intent(in) :: equations
     !> Mesh nodes.
     integer, intent(in) :: nodes(:)
-    !> Their equations in rising order.
+    !> Their equations in ascending order.
     integer, allocatable, intent(out) :: columns(:)
     integer :: found(size(equations%number, 1)*size(nodes)), k, c, n
 
@@ -221,8 +219,8 @@ contains
     allocate (columns, source=found(:n))
   end subroutine row_columns
 
-  !> For every pair of nodes of every patch, where the block of the second starts in the rows of the
-  !> first: node by node, so that the places of a row's columns are looked up, not searched for.
+  !> Finds for every pair of nodes of every patch where the block of the second node starts in the rows of the first
+  !> one, node by node, so that the positions of the columns of a row are looked up instead of searched.
   pure subroutine place_blocks(equations, matrix)
     type(equations_type), intent(inout) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
@@ -261,7 +259,7 @@ contains
     end do
   end subroutine place_blocks
 
-  !> First equation of a node, 0 when all its components are constrained.
+  !> Returns the first equation of a node, 0 if all its components are constrained.
   pure integer function first_equation(numbers) result(equation)
     integer, intent(in) :: numbers(:)
     integer :: c
@@ -272,7 +270,7 @@ contains
     end do
   end function first_equation
 
-  !> The free components of nodal values.
+  !> Gathers the free components of nodal values.
   pure subroutine gather(equations, field, vector)
     type(equations_type), intent(in) :: equations
     !> (components, nodes)
@@ -288,7 +286,7 @@ contains
     end do
   end subroutine gather
 
-  !> Put the unknowns among nodal values; the other components stay.
+  !> Scatters the unknowns to nodal values; the other components are unchanged.
   pure subroutine scatter(equations, vector, field)
     type(equations_type), intent(in) :: equations
     !> (equations)

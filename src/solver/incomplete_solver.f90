@@ -1,10 +1,10 @@
-!> Incomplete factors on the pattern of the matrix itself, as preconditioners: L D L^T of a symmetric
-!> matrix, L U of an unsymmetric one (IC(0), ILU(0)). `solve` applies the factors, it does not solve.
+!> Incomplete factors on the pattern of the matrix, as preconditioners: L D L^T of a symmetric matrix, L U of an
+!> unsymmetric one (IC(0), ILU(0)). `solve` applies the factors; it does not solve the equations.
 !>
-!> Since the equations of a node couple with all those of a neighbour, the pattern consists of node
-!> blocks, and the factors are those of the incomplete block factorisation. They are computed in double
-!> and kept in single precision: a sweep is bound by the memory it reads. A pivot that loses nearly all
-!> of its diagonal entry shifts the whole diagonal, and the factorisation starts again (Manteuffel).
+!> Since all equations of a node are coupled with all those of a neighbour, the pattern consists of node blocks, and
+!> the factors are those of the incomplete block factorisation. They are computed in double precision and stored in
+!> single precision, since a sweep is limited by memory bandwidth. If a pivot loses nearly all of its diagonal entry
+!> the whole diagonal is shifted and the factorisation is repeated (Manteuffel).
 module qsmpm_incomplete_solver
   use qsmpm_kinds, only: wp, sp, long
   use qsmpm_error, only: error_type, fail, error_singular
@@ -15,17 +15,17 @@ module qsmpm_incomplete_solver
 
   public :: incomplete_solver_type, make_incomplete_solver
 
-  !> Share of its diagonal entry that a pivot must keep.
+  !> Minimum ratio of a pivot to its diagonal entry.
   real(wp), parameter :: least_share = 1.0e-3_wp
-  !> First and largest shift of the diagonal, and the factor between two tries.
+  !> First and largest shift of the diagonal; factor between two attempts.
   real(wp), parameter :: first_shift = 1.0e-3_wp, largest_shift = 10.0_wp, shift_growth = 3.0_wp
 
-  !> Factors in the pattern of the matrix.
+  !> Factors on the pattern of the matrix.
   type, extends(linear_solver_type) :: incomplete_solver_type
-    !> Share of the diagonal that was added, 0 without a breakdown.
+    !> Relative shift of the diagonal, 0 without a breakdown.
     real(wp) :: shift = 0.0_wp
     integer, allocatable, private :: first(:), column(:)
-    !> Place of the diagonal in each row (n).
+    !> Position of the diagonal in each row (n).
     integer, allocatable, private :: middle(:)
     !> Symmetric: L^T with a unit diagonal. Unsymmetric: L with a unit diagonal below, U above.
     real(sp), allocatable, private :: factor(:)
@@ -40,9 +40,9 @@ module qsmpm_incomplete_solver
 
 contains
 
-  !> A preconditioner by incomplete factors.
+  !> Creates a preconditioner with incomplete factors.
   subroutine make_incomplete_solver(symmetric, solver)
-    !> IC(0) when true, ILU(0) otherwise.
+    !> Whether it is IC(0), otherwise ILU(0).
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
 
@@ -53,7 +53,7 @@ contains
     solver%approximate = .true.
   end subroutine make_incomplete_solver
 
-  !> Take the pattern; of a symmetric matrix the upper triangle.
+  !> Copies the pattern; of a symmetric matrix the upper triangle.
   subroutine analyse_pattern(self, matrix, error)
     class(incomplete_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -79,7 +79,7 @@ contains
     allocate (self%factor(entry_count))
   end subroutine analyse_pattern
 
-  !> Factorise, with the smallest shift that leaves all pivots.
+  !> Factorises with the smallest shift for which all pivots are valid.
   subroutine factorise_values(self, matrix, error)
     class(incomplete_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -103,7 +103,7 @@ contains
     call fail(error, error_singular, 'no diagonal shift makes the incomplete factorisation possible')
   end subroutine factorise_values
 
-  !> Copy the values and shift the diagonal; `pivot` keeps the unshifted diagonal meanwhile.
+  !> Copies the values and shifts the diagonal; `pivot` temporarily stores the unshifted diagonal.
   subroutine take_values(self, matrix)
     class(incomplete_solver_type), intent(inout) :: self
     !> Matrix of the analysed pattern.
@@ -120,10 +120,10 @@ contains
     end do
   end subroutine take_values
 
-  !> Left-looking L D L^T. Each finished row waits in the list of the column it is needed in next.
+  !> Computes L D L^T, left-looking. Each finished row is in the list of the next column in which it is needed.
   subroutine factorise_symmetric(self, broken)
     class(incomplete_solver_type), intent(inout) :: self
-    !> Equation whose pivot is too small, 0 when all are fine.
+    !> Equation whose pivot is too small, 0 if all are valid.
     integer, intent(out) :: broken
 
     integer, allocatable :: waiting(:), link(:), next(:), place(:)
@@ -159,12 +159,12 @@ contains
     broken = 0
   end subroutine factorise_symmetric
 
-  !> Put row i into the list of the column at a place of it.
+  !> Adds row i to the list of the column at a position of the row.
   pure subroutine wait_on(self, i, k, next, waiting, link)
     class(incomplete_solver_type), intent(in) :: self
-    !> Row, and place in it.
+    !> Row; position in it.
     integer, intent(in) :: i, k
-    !> Place each row has come to, first row of each list, and the next one in it (n).
+    !> Current position of each row, first row of each list, next row in the list (n).
     integer, intent(inout) :: next(:), waiting(:), link(:)
 
     if (k >= self%first(i + 1)) return
@@ -173,14 +173,14 @@ contains
     waiting(self%column(k)) = i
   end subroutine wait_on
 
-  !> Subtract a multiple of a part of a row where the target row has entries.
+  !> Subtracts a multiple of a part of a row where the target row has entries.
   pure subroutine subtract(self, start, finish, scale, place, least)
     class(incomplete_solver_type), intent(inout) :: self
-    !> Places of the part.
+    !> First and last position of the part.
     integer, intent(in) :: start, finish
-    !> Multiple.
+    !> Multiplier.
     real(wp), intent(in) :: scale
-    !> Place of each column in the target row; smaller than `least` where it has none (n).
+    !> Position of each column in the target row; smaller than `least` where it has none (n).
     integer, intent(in) :: place(:), least
 
     integer :: k, there
@@ -191,10 +191,10 @@ contains
     end do
   end subroutine subtract
 
-  !> Row by row L U.
+  !> Computes L U row by row.
   subroutine factorise_general(self, broken)
     class(incomplete_solver_type), intent(inout) :: self
-    !> Equation whose pivot is too small, 0 when all are fine.
+    !> Equation whose pivot is too small, 0 if all are valid.
     integer, intent(out) :: broken
 
     integer, allocatable :: place(:)
@@ -221,7 +221,7 @@ contains
     broken = 0
   end subroutine factorise_general
 
-  !> Forward and backward substitution with the incomplete factors.
+  !> Applies forward and backward substitution with the incomplete factors.
   subroutine solve_factorised(self, rhs, x, error)
     class(incomplete_solver_type), intent(inout) :: self
     real(wp), intent(in) :: rhs(:)
@@ -256,7 +256,7 @@ contains
     end do
   end subroutine solve_factorised
 
-  !> Free the factors.
+  !> Frees the factors.
   subroutine release(self)
     class(incomplete_solver_type), intent(inout) :: self
 

@@ -1,13 +1,13 @@
-!> The equations of a team of processes. Each process has the rows of its own nodes whole (qsmpm_own_part). With PETSc
-!> all of them solve together (qsmpm_shared_rows). For any other solver, and where PETSc fails, they send their rows to
-!> the first one, which numbers, factorises and solves as a process alone would, and all get the solution: exact, but as
-!> slow and as large as on one process. Alone nothing is sent.
+!> The equations of a team of processes. Each process has the complete rows of its own nodes (qsmpm_own_part). With
+!> PETSc all processes solve together (qsmpm_shared_rows). For any other solver, and if PETSc fails, they send their
+!> rows to the first process, which numbers, factorises and solves like a single process, and the solution is
+!> distributed: this is exact, but requires the time and memory of one process. A single process sends nothing.
 !>
-!> A list of nodes that couple is sent by the process whose own its first node is, an entry of one triangle by the
-!> process whose own the row of it is in the joint numbering: it has every part of it. Unknowns that belong to no node
-!> are those of the first process; what couples one to a node is sent by the process whose own the node is, what couples
-!> them to each other is the sum of what all have. PETSc gets no such rows, which would run through all processes: the
-!> first one solves.
+!> A list of coupled nodes is sent by the owner of its first node. An entry of one triangle is sent by the owner of its
+!> row in the joint numbering, which has all contributions to it. Unknowns that belong to no node are those of the
+!> first process; entries that couple one of them to a node are sent by the owner of the node, and entries that couple
+!> them to each other are summed over all processes. PETSc does not support such rows, which would extend over all
+!> processes; the first process then solves.
 module qsmpm_joint_system
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of
@@ -35,45 +35,45 @@ module qsmpm_joint_system
   character(len=*), parameter :: torn = 'the parts of the equations do not fit together'
 
   type :: joint_system_type
-    !> All processes solve together; it is told that they cannot.
+    !> Whether all processes solve together; whether it has been reported that they cannot.
     logical :: together = .false., told = .false.
     type(shared_rows_type) :: rows
-    !> A program with PETSc has started it, which all processes do at once.
+    !> Whether PETSc has been started, which all processes do at the same time.
     logical :: started = .false.
-    !> What the deck asks for, and names, owners and places of the nodes of this process, for when it fails.
+    !> Solver requested in the deck; names, owners and locations of the nodes of this process, needed if PETSc fails.
     type(solver_choice_type) :: choice
     integer, allocatable :: labels(:), owner(:)
     real(wp), allocatable :: own_places(:, :)
-    !> Equations of all and their matrix; on the first process.
+    !> Equations of all processes and their matrix; on the first process.
     type(equations_type) :: equations
     type(sparse_matrix_type) :: matrix
-    !> How many there are, and which of them each equation of this process is (equations).
+    !> Number of joint equations; joint number of each equation of this process (equations).
     integer :: count = 0
-    !> Where its nodes are (dimension, nodes).
+    !> Locations of the joint nodes (dimension, nodes).
     real(wp), allocatable :: places(:, :)
     integer, allocatable :: number(:)
-    !> Values of its matrix, and equations, that this process sends.
+    !> Matrix values and equations sent by this process.
     integer, allocatable :: sent(:), own(:)
     !> Equations of unknowns that belong to no node (equations).
     logical, allocatable :: common(:)
-    !> Where they go; on the first process.
+    !> Their positions in the joint matrix and equations; on the first process.
     integer(long), allocatable :: place(:), own_number(:)
   end type joint_system_type
 
 contains
 
-  !> Number the equations of all, and make a solver for them.
+  !> Numbers the equations of all processes and creates a solver for them.
   subroutine start_joint_system(joint, team, system, choice, equations, matrix, labels, owner, places, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
-    !> What the deck asks for.
+    !> Solver requested in the deck.
     type(solver_choice_type), intent(in) :: choice
-    !> Equations of this process, numbered, and the pattern of its matrix.
+    !> Numbered equations of this process and the pattern of its matrix.
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Names of the nodes, negative for unknowns that belong to none, the ranks that own them (nodes), and where they
-    !> are (dimension, nodes).
+    !> Names of the nodes, negative for unknowns that belong to none; ranks that own them (nodes); their locations
+    !> (dimension, nodes).
     integer, intent(in) :: labels(:), owner(:)
     real(wp), allocatable, intent(in) :: places(:, :)
     type(error_type), allocatable, intent(out) :: error
@@ -104,7 +104,7 @@ contains
     call put_together(joint, team, system, equations, matrix, error)
   end subroutine start_joint_system
 
-  !> Equations of unknowns that belong to no node.
+  !> Returns the equations of unknowns that belong to no node.
   pure function common_equations(equations, labels) result(common)
     type(equations_type), intent(in) :: equations
     integer, intent(in) :: labels(:)
@@ -119,7 +119,7 @@ contains
     end do
   end function common_equations
 
-  !> Start the library on all processes at once, as it wants: later the first one may call it alone.
+  !> Starts the library on all processes at the same time, as it requires; later the first one may call it alone.
   subroutine start_petsc(joint, error)
     type(joint_system_type), intent(inout) :: joint
     type(error_type), allocatable, intent(out) :: error
@@ -137,21 +137,21 @@ contains
     joint%started = .true.
   end subroutine start_petsc
 
-  !> Begin a solve as a run that is continued here does: nothing is kept of an older matrix.
+  !> Starts a solve as in a run continued from here: nothing of an older matrix is used.
   subroutine begin_joint_system(joint)
     type(joint_system_type), intent(inout) :: joint
 
     if (joint%together) joint%rows%solver%afresh = .true.
   end subroutine begin_joint_system
 
-  !> The solve has ended, and the next one begins afresh: multigrid of all processes is given back.
+  !> Ends a solve: the multigrid of all processes is freed and the next solve creates a new one.
   subroutine leave_joint_system(joint)
     type(joint_system_type), intent(inout) :: joint
 
     if (joint%together) call joint%rows%solver%forget()
   end subroutine leave_joint_system
 
-  !> Give everything back.
+  !> Frees all data.
   subroutine end_joint_system(joint)
     type(joint_system_type), intent(inout) :: joint
 
@@ -159,7 +159,7 @@ contains
     joint%together = .false.
   end subroutine end_joint_system
 
-  !> Number the equations of all on the first process, and make a solver for them there.
+  !> Numbers the equations of all processes on the first one and creates a solver for them there.
   subroutine put_together(joint, team, system, equations, matrix, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
@@ -190,7 +190,7 @@ contains
     call agree(team, error)
   end subroutine put_together
 
-  !> All processes together have failed: the first one solves, from here on.
+  !> Transfers the equations after a failure of the joint solution to the first process, which solves from then on.
   recursive subroutine give_way(joint, team, system, equations, matrix, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
@@ -206,7 +206,7 @@ contains
     if (.not. allocated(error)) call factorise_jointly(joint, team, system, equations, matrix, error)
   end subroutine give_way
 
-  !> Bring nodes and node lists of all to the first process, and number the equations there.
+  !> Collects nodes and node lists of all processes on the first one and numbers the equations there.
   subroutine collect_graph(joint, team, equations, labels, own, places, joint_labels, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
@@ -214,7 +214,7 @@ contains
     integer, intent(in) :: labels(:)
     logical, intent(in) :: own(:)
     real(wp), intent(in) :: places(:, :)
-    !> Labels of all nodes, rising; on the first process.
+    !> Labels of all nodes, ascending; on the first process.
     integer, allocatable, intent(out) :: joint_labels(:)
     type(error_type), allocatable, intent(out) :: error
     integer(long), allocatable :: nodes(:), all_lists(:), all_nodes(:)
@@ -246,10 +246,10 @@ contains
       reshape([(all_places(d*(order(k) - 1) + 1:d*order(k)), k=1, n)], [d, n]), all_lists, error)
   end subroutine collect_graph
 
-  !> Node lists whose first node is own, by labels, their lengths before them.
+  !> Returns the node lists whose first node is owned, by labels, each preceded by its length.
   pure function own_lists(connectivity, labels, own) result(lists)
     type(connectivity_type), intent(in) :: connectivity
-    !> Names of the nodes, and which are own (nodes).
+    !> Names of the nodes; which ones are owned (nodes).
     integer, intent(in) :: labels(:)
     logical, intent(in) :: own(:)
     integer(long), allocatable :: lists(:)
@@ -268,13 +268,13 @@ contains
     lists = lists(:n)
   end function own_lists
 
-  !> Number the equations of all.
+  !> Numbers the equations of all processes.
   subroutine number_all(joint, joint_labels, bits, places, lists, error)
     type(joint_system_type), intent(inout) :: joint
-    !> Labels, constrained components and places of all nodes.
+    !> Labels, constrained components and locations of all nodes.
     integer, intent(in) :: joint_labels(:), bits(:)
     real(wp), intent(in) :: places(:, :)
-    !> Node lists by labels, their lengths before them.
+    !> Node lists by labels, each preceded by its length.
     integer(long), intent(in) :: lists(:)
     type(error_type), allocatable, intent(out) :: error
     type(connectivity_type) :: connectivity
@@ -308,7 +308,7 @@ contains
     call number_equations(joint%equations, connectivity, constrained, joint%matrix, changed, error, places)
   end subroutine number_all
 
-  !> Find which of all equations those of this process are.
+  !> Finds the joint numbers of the equations of this process.
   subroutine find_numbers(joint, team, equations, labels, joint_labels, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
@@ -347,13 +347,13 @@ contains
     if (any(joint%number == 0)) call fail(error, error_other, torn//': an equation is in no part')
   end subroutine find_numbers
 
-  !> Which entries and equations this process sends, and where they go.
+  !> Finds the entries and equations sent by this process and their positions.
   subroutine find_sent(joint, team, equations, matrix, own, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Which nodes are own (nodes).
+    !> Whether each node is owned (nodes).
     logical, intent(in) :: own(:)
     type(error_type), allocatable, intent(out) :: error
     logical :: own_equation(equations%count)
@@ -378,17 +378,17 @@ contains
     if (team%rank == 0) call place_entries(joint%matrix, common, all_entries, joint%place, error)
   end subroutine find_sent
 
-  !> Entries whose rows are own in the joint numbering, or whose nodes are beside what belongs to none; every entry
-  !> between the latter. Of one triangle of it, or of both.
+  !> Lists the entries whose rows are owned in the joint numbering, those that couple owned nodes with unknowns of no
+  !> node, and all entries between the latter, for one triangle or both.
   pure subroutine list_entries(matrix, number, own, common, triangle, sent, entries)
-    !> Of this process.
+    !> Matrix of this process.
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Which of all equations those of this process are, which are own, and which belong to no node (equations).
+    !> Joint number of each equation of this process; which are owned; which belong to no node (equations).
     integer, intent(in) :: number(:)
     logical, intent(in) :: own(:), common(:)
-    !> The joint matrix keeps one triangle.
+    !> Whether the joint matrix stores one triangle.
     logical, intent(in) :: triangle
-    !> Where the values stand in the matrix, and their rows and columns in turn, as all count.
+    !> Positions of the values in the matrix; their rows and columns alternately, in the joint numbering.
     integer, allocatable, intent(out) :: sent(:)
     integer(long), allocatable, intent(out) :: entries(:)
     integer :: column, i, k, n, row
@@ -414,15 +414,15 @@ contains
     entries = entries(:2*n)
   end subroutine list_entries
 
-  !> Where entries stand in a matrix.
+  !> Finds the positions of entries in a matrix.
   pure subroutine place_entries(matrix, common, entries, place, error)
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Rows between which each process has a share of an entry (equations).
+    !> Rows between which every process contributes to an entry (equations).
     logical, intent(in) :: common(:)
-    !> Rows and columns in turn.
+    !> Rows and columns alternately.
     integer(long), intent(in) :: entries(:)
     integer(long), allocatable, intent(out) :: place(:)
-    !> The matrix has not one value for each.
+    !> Set when the entries are not exactly those of the matrix.
     type(error_type), allocatable, intent(out) :: error
     logical :: taken(size(matrix%column))
     integer :: i, j, k
@@ -443,12 +443,12 @@ contains
     if (.not. all(taken)) call fail(error, error_other, torn//': a value is missing')
   end subroutine place_entries
 
-  !> Take new values of the matrix.
+  !> Takes new values of the matrix.
   recursive subroutine factorise_jointly(joint, team, system, equations, matrix, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
-    !> Of this process.
+    !> Equations of this process.
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
     type(error_type), allocatable, intent(out) :: error
@@ -467,11 +467,11 @@ contains
     call agree(team, error)
   end subroutine factorise_jointly
 
-  !> Bring new values of the matrix to the first process where that one solves; what it has factorised stays.
+  !> Sends new values of the matrix to the first process if it solves; its factors are retained.
   subroutine bring_matrix(joint, team, matrix)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
-    !> Of this process.
+    !> Matrix of this process.
     type(sparse_matrix_type), intent(in) :: matrix
     real(wp), allocatable :: values(:)
     integer, allocatable :: first(:)
@@ -488,7 +488,7 @@ contains
     end do
   end subroutine bring_matrix
 
-  !> Whether what was factorised last is no more than a preconditioner, whoever solves.
+  !> Returns whether the last factorisation is only a preconditioner, whichever process solves.
   logical function preconditions_only(joint, team, system) result(only)
     type(joint_system_type), intent(in) :: joint
     type(team_type), intent(in) :: team
@@ -499,19 +499,19 @@ contains
     only = any_of(team, only)
   end function preconditions_only
 
-  !> Solve for the matrix taken last.
+  !> Solves for the matrix taken last.
   subroutine solve_jointly(joint, team, system, equations, matrix, rhs, tolerance, x, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
-    !> Of this process.
+    !> Equations of this process.
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Right-hand side, good at own equations (equations).
+    !> Right-hand side, valid at owned equations (equations).
     real(wp), intent(in) :: rhs(:)
-    !> Residual allowed relative to it where the solution is iterated.
+    !> Residual allowed relative to the right-hand side for iterative solutions.
     real(wp), intent(in) :: tolerance
-    !> Solution, good at all equations of this process.
+    !> Solution, valid at all equations of this process.
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
@@ -534,14 +534,14 @@ contains
     call spread_solution(joint, team, all_x, x, error)
   end subroutine solve_jointly
 
-  !> Solve by the factors taken last, which are more than a preconditioner.
+  !> Solves with the factors taken last, which are not only a preconditioner.
   subroutine solve_by_factors(joint, team, system, rhs, x, error)
     type(joint_system_type), intent(in) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
-    !> Right-hand side, good at own equations (equations).
+    !> Right-hand side, valid at owned equations (equations).
     real(wp), intent(in) :: rhs(:)
-    !> Solution, good at all equations of this process.
+    !> Solution, valid at all equations of this process.
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: all_rhs(joint%count), all_x(joint%count)
@@ -556,11 +556,11 @@ contains
     call spread_solution(joint, team, all_x, x, error)
   end subroutine solve_by_factors
 
-  !> Bring the right-hand sides of all to the first process.
+  !> Collects the right-hand sides of all processes on the first one.
   subroutine collect_rhs(joint, team, rhs, all_rhs)
     type(joint_system_type), intent(in) :: joint
     type(team_type), intent(in) :: team
-    !> Of this process (equations), and of all.
+    !> Right-hand side of this process (equations); of all processes.
     real(wp), intent(in) :: rhs(:)
     real(wp), intent(out) :: all_rhs(:)
     real(wp), allocatable :: values(:)
@@ -571,11 +571,11 @@ contains
     if (team%rank == 0) all_rhs(joint%own_number) = values
   end subroutine collect_rhs
 
-  !> Give all processes their parts of the solution, unless there is none.
+  !> Distributes the solution to all processes, unless there is none.
   subroutine spread_solution(joint, team, all_x, x, error)
     type(joint_system_type), intent(in) :: joint
     type(team_type), intent(in) :: team
-    !> Of all equations, on the first process; of this process (equations).
+    !> Solution of all equations, on the first process; of this process (equations).
     real(wp), intent(inout) :: all_x(:)
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(inout) :: error

@@ -1,11 +1,10 @@
-!> Krylov methods for K x = b with any solver of the house as the preconditioner: conjugate gradients
-!> for symmetric positive definite matrices, restarted GMRES, preconditioned from the right, for the
-!> others. The preconditioner may hold an incomplete factor, one of single precision, or the factor of
-!> an older matrix.
+!> Krylov methods for K x = b with any solver of this folder as preconditioner: conjugate gradients for symmetric
+!> positive definite matrices, restarted GMRES with right preconditioning for others. The preconditioner may be an
+!> incomplete factor, one of single precision, or the factor of an older matrix.
 !>
-!> Both stop when |b - K x| <= tolerance |b|, and both give up where they stall: a preconditioner that
-!> does not take a fair share of the residual at every sweep is not worth its solves, and the caller has
-!> better ones. Sums run in the order of the equations: the result is that of the counted sweeps alone.
+!> Both stop when |b - K x| <= tolerance |b|, and both give up when they stall: a preconditioner that does not reduce
+!> the residual sufficiently in every sweep is not worth its cost, and the caller has better ones. Sums follow the
+!> order of the equations, so that the result is determined by the number of sweeps alone.
 module qsmpm_krylov
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -17,21 +16,21 @@ module qsmpm_krylov
 
   public :: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
 
-  !> Directions of GMRES before a restart.
+  !> Number of GMRES directions before a restart.
   integer, parameter :: directions = 40
 
-  !> When to stop.
+  !> Stopping criteria.
   type :: krylov_limits_type
-    !> Residual wanted, relative to the right-hand side.
+    !> Required residual, relative to the right-hand side.
     real(wp) :: tolerance = 1.0e-10_wp
-    !> Products with K allowed.
+    !> Maximum number of products with K.
     integer :: most_sweeps = 1000
-    !> Share of the residual that a sweep must take at least, in the mean of all sweeps after the first
-    !> few; 1 asks for nothing.
+    !> Largest mean reduction factor of the residual per sweep allowed after the first few sweeps; 1 for no
+    !> requirement.
     real(wp) :: rate = 1.0_wp
   end type krylov_limits_type
 
-  !> How it went.
+  !> Result of the iterations.
   type :: krylov_result_type
     logical :: converged = .false.
     integer :: sweeps = 0
@@ -41,19 +40,19 @@ module qsmpm_krylov
 
 contains
 
-  !> Conjugate gradients.
+  !> Solves by conjugate gradients.
   subroutine solve_cg(matrix, preconditioner, rhs, limits, x, outcome)
     !> K, symmetric positive definite.
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Holds a factorisation.
+    !> Factorised preconditioner.
     class(linear_solver_type), intent(inout) :: preconditioner
     !> Right-hand side b (n).
     real(wp), intent(in) :: rhs(:)
-    !> When to stop.
+    !> Stopping criteria.
     type(krylov_limits_type), intent(in) :: limits
     !> Solution (n).
     real(wp), intent(out) :: x(:)
-    !> How it went.
+    !> Result of the iterations.
     type(krylov_result_type), intent(out) :: outcome
     type(error_type), allocatable :: error
     real(wp), allocatable :: r(:), z(:), p(:), q(:)
@@ -75,7 +74,7 @@ contains
       call multiply(matrix, p, q)
       curvature = dot_product(p, q)
       outcome%sweeps = outcome%sweeps + 1
-      ! A direction of no curvature: the matrix or the preconditioner is not positive definite.
+      ! Direction without positive curvature: the matrix or the preconditioner is not positive definite.
       if (.not. (rho > 0.0_wp .and. curvature > 0.0_wp)) return
       x = x + (rho/curvature)*p
       r = r - (rho/curvature)*q
@@ -85,19 +84,19 @@ contains
     if (outcome%converged .and. length > 0.0_wp) call confirm(matrix, rhs, x, limits, outcome)
   end subroutine solve_cg
 
-  !> GMRES, restarted from the true residual.
+  !> Solves by GMRES, restarted from the true residual.
   subroutine solve_gmres(matrix, preconditioner, rhs, limits, x, outcome)
     !> K.
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Holds a factorisation.
+    !> Factorised preconditioner.
     class(linear_solver_type), intent(inout) :: preconditioner
     !> Right-hand side b (n).
     real(wp), intent(in) :: rhs(:)
-    !> When to stop.
+    !> Stopping criteria.
     type(krylov_limits_type), intent(in) :: limits
     !> Solution (n).
     real(wp), intent(out) :: x(:)
-    !> How it went.
+    !> Result of the iterations.
     type(krylov_result_type), intent(out) :: outcome
     type(error_type), allocatable :: error
     real(wp), allocatable :: basis(:, :), r(:), z(:)
@@ -119,11 +118,11 @@ contains
 
   contains
 
-    !> One cycle of GMRES: Arnoldi with modified Gram-Schmidt, least squares by Givens rotations.
+    !> Computes a cycle of GMRES: Arnoldi with modified Gram-Schmidt, least squares by Givens rotations.
     subroutine run_cycle(r, basis, z)
-      !> Residual at the start of the cycle (n); scratch afterwards.
+      !> Residual at the start of the cycle (n); overwritten.
       real(wp), intent(inout) :: r(:)
-      !> Scratch (n, directions + 1).
+      !> Workspace (n, directions + 1).
       real(wp), intent(inout) :: basis(:, :)
       !> Change of the solution (n).
       real(wp), intent(out) :: z(:)
@@ -155,13 +154,13 @@ contains
     end subroutine run_cycle
   end subroutine solve_gmres
 
-  !> Sum of the directions whose shares solve the triangular system of the least squares.
+  !> Returns the combination of directions from the solution of the triangular least-squares system.
   pure subroutine combine(h, basis, last, share, r)
-    !> Triangle (directions + 1, directions), and the directions (n, directions + 1).
+    !> Triangular matrix (directions + 1, directions); directions (n, directions + 1).
     real(wp), intent(in) :: h(:, :), basis(:, :)
-    !> How many directions there are.
+    !> Number of directions.
     integer, intent(in) :: last
-    !> In: right-hand side. Out: shares (directions + 1).
+    !> On entry right-hand side, on return coefficients (directions + 1).
     real(wp), intent(inout) :: share(:)
     !> (n)
     real(wp), intent(out) :: r(:)
@@ -176,11 +175,11 @@ contains
     end do
   end subroutine combine
 
-  !> Turn the new column of the Hessenberg matrix as the earlier ones, and its last entry away.
+  !> Applies the previous Givens rotations to the new column of the Hessenberg matrix and eliminates its last entry.
   pure subroutine rotate(column, turn, share)
     !> New column (j+1).
     real(wp), intent(inout) :: column(:)
-    !> Cosine and sine of each turn (2, j); the last is set.
+    !> Cosine and sine of each rotation (2, j); the last one is set.
     real(wp), intent(inout) :: turn(:, :)
     !> Right-hand side of the least squares (j+1).
     real(wp), intent(inout) :: share(:)
@@ -201,15 +200,15 @@ contains
     share(j) = turn(1, j)*share(j)
   end subroutine rotate
 
-  !> Note a residual; true when it is small enough, not finite, or falls too slowly.
+  !> Records a residual; returns true if it is small enough, not finite, or decreases too slowly.
   logical function judged(residual, limits, outcome)
     !> Residual relative to the right-hand side.
     real(wp), intent(in) :: residual
-    !> When to stop.
+    !> Stopping criteria.
     type(krylov_limits_type), intent(in) :: limits
-    !> How it went.
+    !> Result of the iterations.
     type(krylov_result_type), intent(inout) :: outcome
-    !> Sweeps before the rate is judged.
+    !> Sweeps before the rate is checked.
     integer, parameter :: trial = 4
 
     outcome%residual = residual
@@ -219,7 +218,7 @@ contains
     judged = residual > limits%rate**outcome%sweeps
   end function judged
 
-  !> The residual that conjugate gradients carry along may have left the true one.
+  !> Checks the true residual, from which the recursive residual of conjugate gradients may deviate.
   subroutine confirm(matrix, rhs, x, limits, outcome)
     !> K.
     type(sparse_matrix_type), intent(in) :: matrix
@@ -227,11 +226,11 @@ contains
     real(wp), intent(in) :: rhs(:)
     !> Solution (n).
     real(wp), intent(in) :: x(:)
-    !> When to stop.
+    !> Stopping criteria.
     type(krylov_limits_type), intent(in) :: limits
-    !> How it went.
+    !> Result of the iterations.
     type(krylov_result_type), intent(inout) :: outcome
-    !> Factor by which the true residual may be the larger.
+    !> Factor by which the true residual may be larger.
     real(wp), parameter :: drift = 10.0_wp
     real(wp), allocatable :: product_vector(:)
 

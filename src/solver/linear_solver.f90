@@ -1,16 +1,13 @@
-!> What every direct solver of the equations K x = b offers: analyse the pattern, factorise the
-!> values, solve, destroy.
+!> Interface of all direct solvers of the equations K x = b: analyse the pattern, factorise the values, solve, destroy.
 !>
-!> The equations arrive numbered in a fill-reducing order (`node_ordering`), so a back end keeps
-!> the given order. The checks that all share are made here, the work is deferred to the back end:
-!> values and right-hand side are finite, no row is zero, the pattern is the analysed one, and no
-!> solution leaves with a NaN in it. All handles and work arrays are components, so that any number
-!> of solvers live side by side. `destroy` must be called; nothing is finalised by itself.
+!> The equations are numbered in a fill-reducing order (`node_ordering`), which a solver retains. Checks common to all
+!> solvers are made here and the work is deferred to the solver: values and right-hand side are finite, no row is zero,
+!> the pattern is the analysed one, and no solution contains a NaN. All handles and work arrays are components, so that
+!> several solvers can exist at the same time. `destroy` must be called; there is no automatic finalisation.
 !>
-!> A pivot smaller than `pivot_floor` times the entries it came from is round-off: its matrix is
-!> singular to working precision, and the error names the equation where the library tells it. What
-!> passes this is caught by the solution: where the round-off of K x alone is as large as b, no
-!> digit of x is right.
+!> A pivot smaller than `pivot_floor` times the entries from which it results is round-off: the matrix is singular to
+!> working precision, and the error names the equation if the library reports it. Other cases are detected from the
+!> solution: if the round-off of K x alone is as large as b, no digit of x is correct.
 module qsmpm_linear_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp, long
@@ -25,37 +22,37 @@ module qsmpm_linear_solver
 
   !> A direct solver.
   type, abstract :: linear_solver_type
-    !> Name of the back end for the log.
+    !> Name of the solver for the log.
     character(len=:), allocatable :: name
-    !> The values are symmetric and the back end may use that.
+    !> Whether the values are symmetric and the solver may use this.
     logical :: symmetric = .false.
-    !> The pattern was analysed; a factorisation stands.
+    !> Whether the pattern has been analysed; whether there is a factorisation.
     logical :: analysed = .false.
     logical :: factorised = .false.
-    !> The last factorisation failed because the matrix is not positive definite, which a solver of
-    !> symmetric indefinite or of unsymmetric matrices may still factorise.
+    !> Whether the last factorisation failed because the matrix is not positive definite; a solver for symmetric
+    !> indefinite or unsymmetric matrices may still factorise it.
     logical :: indefinite = .false.
-    !> Negative pivots of the last factorisation; -1 when the back end does not count them.
+    !> Number of negative pivots of the last factorisation; -1 if the solver does not count them.
     integer :: negative_pivots = -1
-    !> The factors are not those of the matrix to working precision: a solution comes from a Krylov
-    !> method they precondition (qsmpm_krylov).
+    !> Whether the factors are not those of the matrix to working precision: the solution is then computed by a Krylov
+    !> method that they precondition (qsmpm_krylov).
     logical :: approximate = .false.
-    !> It brings a Krylov method of its own: `solve` iterates to the residual `tolerance`, relative to the right-hand
-    !> side, in at most so many sweeps, fails otherwise, and counts the sweeps.
+    !> Whether the solver has its own Krylov method: `solve` iterates to the residual `tolerance`, relative to the
+    !> right-hand side, in at most the given number of sweeps, fails otherwise, and counts the sweeps.
     logical :: iterates = .false.
     real(wp) :: tolerance = 1.0e-10_wp
     integer :: most_sweeps = 1000, sweeps = 0
-    !> The equations are not numbered for elimination: a direct solver finds an order, the same at every run.
+    !> Whether the equations are not numbered for elimination: a direct solver finds an order, the same in every run.
     logical :: orders_itself = .false.
-    !> Nothing of an earlier factorisation may serve the next one.
+    !> Whether no data of an earlier factorisation may be used in the next one.
     logical :: afresh = .true.
-    !> Nodes of the equations, where somebody has told.
+    !> Nodes of the equations, if set.
     type(node_blocks_type) :: blocks
     !> Numbers stored in the factors.
     integer(long) :: factor_nonzeros = 0
-    !> Floating-point operations of the last factorisation; 0 when the back end does not tell.
+    !> Floating-point operations of the last factorisation; 0 if the solver does not report them.
     real(wp) :: factor_operations = 0.0_wp
-    !> Size and entry count of the analysed pattern.
+    !> Size and number of entries of the analysed pattern.
     integer, private :: n = 0
     integer, private :: entry_count = 0
     !> Largest sum of absolute values in a row of the factorised matrix.
@@ -73,8 +70,8 @@ module qsmpm_linear_solver
   end type linear_solver_type
 
   abstract interface
-    !> Analyse the pattern, the values may not be set; or factorise finite values of the analysed pattern, no row of
-    !> which is zero.
+    !> Analyses the pattern, for which the values need not be set; or factorises finite values of the analysed pattern
+    !> without zero rows.
     subroutine matrix_interface(self, matrix, error)
       import :: linear_solver_type, sparse_matrix_type, error_type
       class(linear_solver_type), intent(inout) :: self
@@ -82,7 +79,7 @@ module qsmpm_linear_solver
       type(error_type), allocatable, intent(out) :: error
     end subroutine matrix_interface
 
-    !> Solve with the factors for a finite right-hand side.
+    !> Solves with the factors for a finite right-hand side.
     subroutine solve_interface(self, rhs, x, error)
       import :: linear_solver_type, wp, error_type
       class(linear_solver_type), intent(inout) :: self
@@ -91,7 +88,7 @@ module qsmpm_linear_solver
       type(error_type), allocatable, intent(out) :: error
     end subroutine solve_interface
 
-    !> Give all handles and memory back; allowed at any time and more than once.
+    !> Frees all handles and memory; allowed at any time and repeatedly.
     subroutine release_interface(self)
       import :: linear_solver_type
       class(linear_solver_type), intent(inout) :: self
@@ -100,17 +97,17 @@ module qsmpm_linear_solver
 
 contains
 
-  !> What a factorisation has left is not used again: a solver that holds much may give it back before the next one.
+  !> Frees data of a factorisation that are not used again; a solver with large data may free them before the next one.
   subroutine forget_nothing(self)
     class(linear_solver_type), intent(inout) :: self
   end subroutine forget_nothing
 
-  !> Analyse a pattern; what was analysed or factorised before is given up.
+  !> Analyses a pattern; previous analyses and factorisations are discarded.
   subroutine analyse(self, matrix, error)
     class(linear_solver_type), intent(inout) :: self
-    !> Matrix whose pattern is taken; its values are not looked at.
+    !> Matrix with the pattern; its values are not used.
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Set when the pattern is no square matrix or the library fails.
+    !> Set when the pattern is not that of a square matrix, or when the library fails.
     type(error_type), allocatable, intent(out) :: error
 
     call self%destroy()
@@ -128,7 +125,7 @@ contains
     self%analysed = .not. allocated(error)
   end subroutine analyse
 
-  !> Factorise the values of a matrix of the analysed pattern.
+  !> Factorises the values of a matrix of the analysed pattern.
   subroutine factorise(self, matrix, error)
     class(linear_solver_type), intent(inout) :: self
     !> Matrix of the analysed pattern.
@@ -170,14 +167,14 @@ contains
     self%factorised = .not. allocated(error)
   end subroutine factorise
 
-  !> Solve K x = b with the last factorisation.
+  !> Solves K x = b with the last factorisation.
   subroutine solve(self, rhs, x, error)
     class(linear_solver_type), intent(inout) :: self
     !> Right-hand side b (n).
     real(wp), intent(in) :: rhs(:)
     !> Solution (n); zero after an error.
     real(wp), intent(out) :: x(:)
-    !> Set when there is no factorisation, a number is not finite, or the matrix proves singular.
+    !> Set when there is no factorisation, when a number is not finite, or when the matrix is found to be singular.
     type(error_type), allocatable, intent(out) :: error
 
     x = 0.0_wp
@@ -196,7 +193,7 @@ contains
     end if
   end subroutine solve
 
-  !> A solution that is not finite, or so large that the round-off of K x covers b, is none.
+  !> Rejects a solution that is not finite, or so large that the round-off of K x exceeds b.
   pure subroutine judge_solution(norm, rhs, x, error)
     !> Row-sum norm of K.
     real(wp), intent(in) :: norm
@@ -216,7 +213,7 @@ contains
       'the matrix is singular to working precision: no digit of the solution is right')
   end subroutine judge_solution
 
-  !> Give everything back. The solver may be used again from `analyse`.
+  !> Frees all data. The solver may be used again from `analyse`.
   subroutine destroy(self)
     class(linear_solver_type), intent(inout) :: self
 
@@ -231,8 +228,8 @@ contains
     self%entry_count = 0
   end subroutine destroy
 
-  !> Smallest share of the entries it came from that a pivot must keep. The round-off left by
-  !> cancelling pivots grows with the root of the number of updates, at worst n of them.
+  !> Returns the minimum ratio of a pivot to the entries from which it results. The round-off of cancelling pivots
+  !> grows with the square root of the number of updates, at most n of them.
   pure real(wp) function pivot_floor(n)
     !> Number of equations.
     integer, intent(in) :: n
@@ -240,7 +237,7 @@ contains
     pivot_floor = max(100.0_wp, 10.0_wp*sqrt(real(n, wp)))*epsilon(1.0_wp)
   end function pivot_floor
 
-  !> The error of a singular matrix whose equation is known.
+  !> Sets the error of a singular matrix whose equation is known.
   pure subroutine singular_at(equation, error)
     !> Number of the equation, 1 to n.
     integer, intent(in) :: equation
@@ -250,7 +247,7 @@ contains
       'the matrix is singular: nothing is left of the pivot of equation '//integer_text(equation))
   end subroutine singular_at
 
-  !> The error of a matrix that is not positive definite.
+  !> Sets the error of a matrix that is not positive definite.
   pure subroutine indefinite_at(equation, error)
     !> Number of the equation, 1 to n.
     integer, intent(in) :: equation

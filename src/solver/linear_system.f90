@@ -1,16 +1,15 @@
-!> The equations of an iteration as a solver sees them: which solver is in charge of the pattern, when it factorises
-!> and when it keeps an older factor as a preconditioner, and what happens when it meets a matrix it cannot take. The
-!> matrix itself is built by the terms of the step, the pattern by `equations`, the choice of solver is that of
-!> `solver_choice`.
+!> Solution of the equations of an iteration: which solver is used for the pattern, when it factorises, when an older
+!> factor is reused as a preconditioner, and what is done if a solver fails for a matrix. The matrix is assembled by
+!> the terms of the step, the pattern by `equations`, and the solver is selected by `solver_choice`.
 !>
-!> A direct solver of double precision solves by itself, and PETSc brings its own method. Everything else is a
-!> preconditioner of CG or GMRES: factors of single precision, incomplete factors, and any factor of an older matrix of
-!> the same pattern. A sweep is one product
-!> with the matrix and one solution with the factor. Whether an older factor stays is decided by counted operations and
-!> sweeps, never by a clock, so that a run repeats to the last bit. What cannot precondition gives way to a direct
-!> solver of double precision: a stale factor to a new one, the others for the rest of the run, with a note. PETSc that
-!> nobody named gives way as soon as it takes more sweeps than pay, to what is the fastest beside it. No factor
-!> outlives its increment: a run that is continued from a file has none.
+!> A direct solver of double precision is used alone, and PETSc has its own method. All others are preconditioners of
+!> CG or GMRES: factors of single precision, incomplete factors, and any factor of an older matrix of the same pattern.
+!> A sweep is one product with the matrix and one solution with the factor. Whether an older factor is reused is
+!> decided by the numbers of operations and sweeps, never by time, so that a run is reproducible to the last bit. A
+!> preconditioner that fails is replaced by a direct solver of double precision: an old factor by a new one, the others
+!> for the rest of the run, with a message. PETSc, if not requested in the deck, is replaced by the fastest alternative
+!> as soon as it needs more sweeps than are economical. Factors are not retained beyond an increment, since a run
+!> continued from a file has none.
 module qsmpm_linear_system
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -28,61 +27,62 @@ module qsmpm_linear_system
   public :: linear_system_type, kind_for, start_system, begin_step, failures, factorise_system, solve_system, &
     end_system, sweeps_of_multigrid, give_multigrid_up
 
-  !> Residual that a sweep with a factor of single precision must leave at most.
+  !> Largest residual reduction factor allowed for a sweep with a factor of single precision.
   real(wp), parameter :: single_rate = 0.7_wp
-  !> Operations a second of a factorisation over those of a solve, which waits for memory, and the share
-  !> of a factorisation that sweeps with an old factor may cost.
+  !> Ratio of the operations per second of a factorisation to those of a solution, which is limited by memory; fraction
+  !> of the cost of a factorisation that sweeps with an old factor may take.
   real(wp), parameter :: speed_ratio = 4.5_wp, stale_share = 0.6_wp
-  !> Sweeps an old factor must be allowed for KEEP FACTOR=AUTO to try it, and those of YES at least.
+  !> Minimum number of affordable sweeps for KEEP FACTOR=AUTO to reuse an old factor; minimum number for YES.
   integer, parameter :: least_sweeps = 8, sweeps_of_yes = 10
-  !> Most matrices in a row that are factorised without a try after the old factor has failed.
+  !> Maximum number of consecutive matrices factorised without trying the old factor after it has failed.
   integer, parameter :: longest_pause = 15
-  !> Sweeps with incomplete factors: this times n**(2/3), half of what a factorisation in 3D costs
-  !> (docs/performance.md), or the least number where the deck asks for the method.
+  !> Maximum sweeps with incomplete factors: this factor times n**(2/3), half of the cost of a factorisation in 3D
+  !> (docs/performance.md), or the minimum number if the deck requests the method.
   real(wp), parameter :: incomplete_sweeps = 0.08_wp
   integer, parameter :: least_incomplete = 2000
 
-  !> Sweeps of PETSc: those of the hardest tangents that were met (docs/distributed.md), and some more. Sweeps a digit
-  !> of the residual beyond which factors are faster.
+  !> Maximum sweeps of PETSc: more than for the most difficult tangents tested (docs/distributed.md). Sweeps per digit
+  !> of the residual above which factors are faster.
   integer, parameter :: most_of_petsc = 200
   real(wp), parameter :: sweeps_a_digit = 4.5_wp
 
-  !> Factors of single precision have failed; incomplete ones have; PETSc has.
+  !> Failures of single precision, of incomplete factors, and of PETSc.
   integer, parameter :: failed_single = 1, failed_krylov = 2, failed_multigrid = 4
 
-  !> The solver of one pattern, and what earlier patterns of the run have taught.
+  !> The solver of a pattern and the experience from earlier patterns of the run.
   type :: linear_system_type
     class(linear_solver_type), allocatable :: solver
-    !> What the deck asks for, less what has failed in this run.
+    !> Solver requested in the deck, without options that have failed in this run.
     type(solver_choice_type) :: choice
-    !> MUMPS has taken the place of the solver that was chosen, for a matrix that is not positive definite.
+    !> Whether MUMPS replaces the selected solver for a matrix that is not positive definite.
     logical :: indefinite = .false.
-    !> The solver was made for symmetric matrices.
+    !> Whether the solver was created for symmetric matrices.
     logical :: symmetric = .false.
     !> 2 or 3.
     integer :: dimension = 0
     !> Largest distance of an entry from the diagonal.
     integer :: bandwidth = 0
-    !> The equations are numbered for Krylov methods or PETSC, in a small band, not for elimination; these still solve.
+    !> Whether the equations are numbered for Krylov methods or PETSc, with a small band, not for elimination; whether
+    !> the solver is still one of these.
     logical, private :: banded = .false., incomplete = .false.
-    !> The factor is that of an older matrix.
+    !> Whether the factor is that of an older matrix.
     logical, private :: stale = .false.
-    !> Matrices still to be factorised without a try of the old factor, and the pause after its next failure.
+    !> Number of matrices to be factorised before the old factor is tried again; the same after its next failure.
     integer, private :: pause = 0, next_pause = 1
-    !> Single precision, incomplete factors, or PETSc, have failed.
+    !> Whether single precision, incomplete factors or PETSc have failed.
     logical, private :: single_failed = .false., krylov_failed = .false., multigrid_failed = .false.
     !> Factorisations and sweeps of the run.
     integer :: factorisations = 0, sweeps = 0
-    !> A sentence for the log; whoever writes it takes it away.
+    !> Message for the log; cleared by the procedure that writes it.
     character(len=:), allocatable :: note
   end type linear_system_type
 
 contains
 
-  !> The kind of solver to number the next equations for: that of the deck, but for what has failed.
+  !> Returns the kind of solver for which the next equations are numbered: that of the deck unless it has failed.
   pure integer function kind_for(system, choice)
     type(linear_system_type), intent(in) :: system
-    !> What the deck asks for.
+    !> Solver requested in the deck.
     type(solver_choice_type), intent(in) :: choice
 
     kind_for = choice%kind
@@ -91,11 +91,11 @@ contains
     if (system%krylov_failed .and. any(choice%kind == [solver_auto, solver_krylov])) kind_for = solver_direct
   end function kind_for
 
-  !> Begin an increment as a run that is continued here does: with the solver that was chosen, no older factor, and
-  !> what has failed so far.
+  !> Starts an increment as in a run continued from here: with the selected solver, no older factor, and the failures
+  !> so far.
   subroutine begin_step(system, failed)
     type(linear_system_type), intent(inout) :: system
-    !> What `failures` gave at the end of the increment before.
+    !> Result of `failures` at the end of the previous increment.
     integer, intent(in) :: failed
 
     if (system%indefinite .or. failures(system) /= failed) call end_system(system)
@@ -109,7 +109,7 @@ contains
     system%solver%afresh = .true.
   end subroutine begin_step
 
-  !> What has failed in this run: a sum of failed_single, failed_krylov and failed_multigrid.
+  !> Returns the failures of this run: a sum of failed_single, failed_krylov and failed_multigrid.
   pure integer function failures(system)
     type(linear_system_type), intent(in) :: system
 
@@ -117,22 +117,22 @@ contains
       merge(failed_multigrid, 0, system%multigrid_failed)
   end function failures
 
-  !> Make a solver for a new pattern and analyse it; nothing is made where there are no equations.
+  !> Creates a solver for a new pattern and analyses it; does nothing if there are no equations.
   subroutine start_system(system, choice, matrix, bandwidth, symmetric, dimension, error, number, places)
     type(linear_system_type), intent(inout) :: system
-    !> What the deck asks for.
+    !> Solver requested in the deck.
     type(solver_choice_type), intent(in) :: choice
     !> Matrix of the new pattern.
     type(sparse_matrix_type), intent(in) :: matrix
     !> Largest distance of an entry from the diagonal.
     integer, intent(in) :: bandwidth
-    !> All values that will come are symmetric.
+    !> Whether all values to come are symmetric.
     logical, intent(in) :: symmetric
     !> 2 or 3.
     integer, intent(in) :: dimension
     type(error_type), allocatable, intent(out) :: error
-    !> Equation of each component of each node, 0 where there is none, and where the nodes are (components, nodes); not
-    !> allocated where they have no place that stays.
+    !> Equation of each component of each node, 0 for none; locations of the nodes (components, nodes), unallocated if
+    !> they have no constant location.
     integer, intent(in), optional :: number(:, :)
     real(wp), allocatable, intent(in), optional :: places(:, :)
     integer :: kind
@@ -155,7 +155,7 @@ contains
     call system%solver%analyse(matrix, error)
   end subroutine start_system
 
-  !> Take a new matrix: the old factor stays as a preconditioner where that promises to be cheaper.
+  !> Takes a new matrix: the old factor is retained as a preconditioner where this is expected to be cheaper.
   subroutine factorise_system(system, matrix, error)
     type(linear_system_type), intent(inout) :: system
     !> Matrix of the pattern.
@@ -169,9 +169,9 @@ contains
     call renew(system, matrix, error)
   end subroutine factorise_system
 
-  !> Factorise. A symmetric matrix that is not positive definite (past a limit point) goes to MUMPS, which then stays
-  !> in charge until the pattern or the step changes; factors of single precision and incomplete ones that fail give
-  !> way for the rest of the run.
+  !> Factorises. A symmetric matrix that is not positive definite (beyond a limit point) is factorised by MUMPS, which
+  !> then remains in use until the pattern or the step changes; factors of single precision and incomplete factors that
+  !> fail are replaced for the rest of the run.
   subroutine renew(system, matrix, error)
     type(linear_system_type), intent(inout) :: system
     !> Matrix of the pattern.
@@ -191,8 +191,8 @@ contains
     system%indefinite = .true.
   end subroutine renew
 
-  !> Put a direct solver in charge, now and for the patterns to come: of double precision, but where nobody has asked
-  !> for the multigrid that has failed.
+  !> Changes to a direct solver, also for later patterns: of double precision, unless a multigrid that was not
+  !> requested in the deck has failed.
   subroutine give_way(system, matrix, error)
     type(linear_system_type), intent(inout) :: system
     !> Matrix of the pattern.
@@ -217,17 +217,17 @@ contains
     system%indefinite = .true.
   end subroutine give_way
 
-  !> Take no multigrid for the rest of the run.
+  !> Excludes multigrid for the rest of the run.
   subroutine give_multigrid_up(system, note)
     type(linear_system_type), intent(inout) :: system
-    !> A sentence for the log.
+    !> Message for the log.
     character(len=*), intent(in) :: note
 
     system%multigrid_failed = .true.
     system%note = note
   end subroutine give_multigrid_up
 
-  !> Another solver for the same pattern, analysed and factorised.
+  !> Changes to another solver for the same pattern, analysed and factorised.
   subroutine replace_solver(system, kind, matrix, error)
     type(linear_system_type), intent(inout) :: system
     !> Kind of the solver.
@@ -246,18 +246,18 @@ contains
     if (.not. allocated(error)) call system%solver%factorise(matrix, error)
   end subroutine replace_solver
 
-  !> Solve K x = b for the matrix taken last.
+  !> Solves K x = b for the matrix taken last.
   subroutine solve_system(system, matrix, rhs, tolerance, x, error)
     type(linear_system_type), intent(inout) :: system
     !> The matrix K.
     type(sparse_matrix_type), intent(in) :: matrix
     !> Right-hand side b (n).
     real(wp), intent(in) :: rhs(:)
-    !> Residual allowed relative to b where the solution is iterated.
+    !> Residual allowed relative to b for iterative solutions.
     real(wp), intent(in) :: tolerance
     !> Solution (n).
     real(wp), intent(out) :: x(:)
-    !> The matrix proved singular.
+    !> Set when the matrix is found to be singular.
     type(error_type), allocatable, intent(out) :: error
     logical :: converged
 
@@ -281,8 +281,8 @@ contains
     if (.not. allocated(error)) call system%solver%solve(rhs, x, error)
   end subroutine solve_system
 
-  !> Iterate with the factor as it is: as the solver does by itself, by conjugate gradients where matrix and factor are
-  !> positive definite as far as is known, by GMRES elsewhere.
+  !> Iterates with the existing factor: by the solver's own method, by conjugate gradients if matrix and factor are
+  !> positive definite as far as is known, otherwise by GMRES.
   subroutine iterate(system, matrix, rhs, tolerance, x, converged)
     type(linear_system_type), intent(inout) :: system
     !> The matrix K.
@@ -323,9 +323,9 @@ contains
     if (system%stale .and. converged) system%next_pause = 1
   end subroutine iterate
 
-  !> Sweeps that PETSc may take for a correction.
+  !> Returns the maximum number of sweeps of PETSc for a correction.
   pure integer function sweeps_of_multigrid(choice, tolerance)
-    !> What the deck asks for: where it leaves the choice to the program, no more than pay.
+    !> Solver requested in the deck: if the choice is left to the program, only as many sweeps as are economical.
     type(solver_choice_type), intent(in) :: choice
     !> Residual allowed relative to the right-hand side.
     real(wp), intent(in) :: tolerance
@@ -334,7 +334,7 @@ contains
     if (choice%kind == solver_auto) sweeps_of_multigrid = nint(sweeps_a_digit*max(1.0_wp, -log10(tolerance)))
   end function sweeps_of_multigrid
 
-  !> Sweeps that an old factor may take before a new one is the cheaper; 0 where it is not to be tried.
+  !> Returns the number of sweeps with an old factor above which a new one is cheaper; 0 if it is not to be tried.
   pure integer function sweeps_of_stale(system)
     type(linear_system_type), intent(in) :: system
 
@@ -349,7 +349,7 @@ contains
     end if
   end function sweeps_of_stale
 
-  !> Give the solver and its memory back.
+  !> Frees the solver and its memory.
   subroutine end_system(system)
     type(linear_system_type), intent(inout) :: system
 

@@ -1,11 +1,12 @@
-!> Blocks of the nodes of a patch added to the matrix, by the places that `equations` has found for every pair of nodes.
+!> Adds the blocks of the nodes of a patch to the matrix, at the positions that `equations` has found for every pair of
+!> nodes.
 !>
-!> Most pairs have all their components free and all their entries stored; those are added without a question. The
-!> others, at constrained nodes and on the diagonal where one triangle is stored, are added component by component.
-!> Blocks of many nodes in space are added row by row: products over nodes leave a block as (a, i, k, b); a row of the
-!> matrix has it as (k, b) for each (i, a). Eight nodes at a time are turned round, their columns in the order of the
-!> matrix. Where the entries of nodes that follow each other do so in a row, they are added together, and a row is gone
-!> through from one end to the other. Every entry is added once, so that the sums are those of any other order.
+!> Most pairs have only free components and store all entries; they are added without checks. The others, at
+!> constrained nodes and on the diagonal if one triangle is stored, are added component by component. Blocks of many
+!> nodes in 3D are added row by row: products over nodes give a block as (a, i, k, b), while a row of the matrix
+!> requires (k, b) for each (i, a). Eight nodes at a time are transposed, with their columns in the order of the
+!> matrix. Entries of consecutive nodes that are adjacent in a row are added together, and a row is traversed from one
+!> end to the other. Every entry is added once, so that the sums do not depend on this order.
 module qsmpm_matrix_blocks
   use qsmpm_kinds, only: wp
   use qsmpm_equations, only: equations_type
@@ -16,14 +17,14 @@ module qsmpm_matrix_blocks
 
   public :: add_block, add_products, add_scalar_block, add_diagonal
 
-  !> Nodes from which blocks in space are added row by row.
+  !> Minimum number of nodes for which blocks in 3D are added row by row.
   integer, parameter :: fewest_of_rows = 16
 
-  !> Nodes that are taken together: their numbers share a line of the cache.
+  !> Number of nodes processed together: their values share a cache line.
   integer, parameter :: width = 8
 
   interface
-    !> Begin to bring numbers to the cache (processor.c).
+    !> Prefetches values to the cache (processor.c).
     pure subroutine fetch(first, count) bind(c, name='qsmpm_fetch')
       import :: c_int, c_double
       real(c_double), intent(in) :: first
@@ -33,7 +34,7 @@ module qsmpm_matrix_blocks
 
 contains
 
-  !> Add a dense block of a patch, rows and columns ordered component first, to the matrix.
+  !> Adds a dense block of a patch, rows and columns ordered component first, to the matrix.
   pure subroutine add_block(equations, stencil, block, matrix)
     type(equations_type), intent(in) :: equations
     integer, intent(in) :: stencil
@@ -50,13 +51,13 @@ contains
       matrix%values)
   end subroutine add_block
 
-  !> The block of a patch on the plain arrays of the equations and the matrix.
+  !> Adds the block of a patch to the plain arrays of the equations and the matrix.
   pure subroutine add_pairs(d, n, nodes, offset, number, symmetric, row_first, block, values)
-    !> Components and nodes.
+    !> Numbers of components and nodes.
     integer, intent(in) :: d, n
-    !> As of equations_type, the parts of the patch: nodes, offsets of the pairs; and all numbers.
+    !> As in equations_type: nodes and pair offsets of the patch; all equation numbers.
     integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
-    !> As of sparse_matrix_type.
+    !> As in sparse_matrix_type.
     logical, intent(in) :: symmetric
     integer, intent(in) :: row_first(*)
     real(wp), intent(in) :: block(d, n, d, n)
@@ -73,7 +74,7 @@ contains
             block(:, a, :, b), values)
           cycle
         end if
-        ! Written out: loops of two and three cost more than what they do.
+        ! Unrolled: loops of length two and three cost more than their content.
         if (d == 3) then
           at = row_end(1, a) - offset(a, b)
           values(at) = values(at) + block(1, a, 1, b)
@@ -99,7 +100,7 @@ contains
     end do
   end subroutine add_pairs
 
-  !> Add a dense block as products over nodes leave it, (nodes, dimension, dimension, nodes).
+  !> Adds a dense block in the form given by products over nodes, (nodes, dimension, dimension, nodes).
   pure subroutine add_products(equations, stencil, block, matrix)
     type(equations_type), intent(in) :: equations
     integer, intent(in) :: stencil
@@ -115,9 +116,9 @@ contains
       matrix%values)
   end subroutine add_products
 
-  !> The same on the plain arrays.
+  !> Adds the block to the plain arrays.
   pure subroutine add_planes(d, n, nodes, offset, number, symmetric, row_first, block, values)
-    !> Components and nodes.
+    !> Numbers of components and nodes.
     integer, intent(in) :: d, n
     !> As for `add_pairs`.
     integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
@@ -167,9 +168,9 @@ contains
     end do
   end subroutine add_planes
 
-  !> Add the pairs of nodes on the diagonal, of which one triangle is stored.
+  !> Adds the pairs of nodes on the diagonal, of which one triangle is stored.
   pure subroutine add_diagonal_pairs(d, n, nodes, offset, number, row_first, block, values)
-    !> Components and nodes.
+    !> Numbers of components and nodes.
     integer, intent(in) :: d, n
     !> As for `add_pairs`.
     integer, intent(in) :: nodes(n), offset(n, n), number(d, *), row_first(*)
@@ -183,13 +184,13 @@ contains
     end do
   end subroutine add_diagonal_pairs
 
-  !> Where the rows of the nodes of a patch end, and which nodes have all their components free.
+  !> Finds the ends of the rows of the nodes of a patch and the nodes with only free components.
   pure subroutine find_row_ends(d, n, nodes, number, row_first, row_end, free)
-    !> Components and nodes.
+    !> Numbers of components and nodes.
     integer, intent(in) :: d, n
     !> As for `add_pairs`.
     integer, intent(in) :: nodes(n), number(d, *), row_first(*)
-    !> Place behind each row, 0 where there is none; two or three components, all free.
+    !> Position after each row, 0 for none; two or three components, all free.
     integer, intent(out) :: row_end(d, n)
     logical, intent(out) :: free(n)
     integer :: a, i
@@ -204,12 +205,12 @@ contains
     end do
   end subroutine find_row_ends
 
-  !> The block of a pair of nodes some components of which have no equation or no place.
+  !> Adds the block of a pair of nodes with components without equation or position.
   pure subroutine add_pair(d, rows, columns, offset, symmetric, row_first, block, values)
     integer, intent(in) :: d
-    !> Equations of the two nodes, offset of the pair.
+    !> Equations of the two nodes; offset of the pair.
     integer, intent(in) :: rows(d), columns(d), offset
-    !> As of sparse_matrix_type.
+    !> As in sparse_matrix_type.
     logical, intent(in) :: symmetric
     integer, intent(in) :: row_first(*)
     real(wp), intent(in) :: block(d, d)
@@ -228,7 +229,7 @@ contains
     end do
   end subroutine add_pair
 
-  !> Add a matrix on the nodes of a patch to the matrix: the same for every component, and none couples with another.
+  !> Adds a matrix on the nodes of a patch that is the same for every component and does not couple components.
   pure subroutine add_scalar_block(equations, stencil, block, matrix)
     type(equations_type), intent(in) :: equations
     integer, intent(in) :: stencil
@@ -245,9 +246,9 @@ contains
       matrix%values)
   end subroutine add_scalar_block
 
-  !> The same on the plain arrays.
+  !> Adds the block to the plain arrays.
   pure subroutine add_scalars(d, n, most, nodes, offset, number, symmetric, row_first, block, values)
-    !> Components, nodes, and rows of the block.
+    !> Numbers of components and nodes; rows of the block.
     integer, intent(in) :: d, n, most
     !> As for `add_pairs`.
     integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
@@ -281,7 +282,7 @@ contains
     end do
   end subroutine add_scalars
 
-  !> Add to the diagonal at one component of a node; nothing where it is no unknown.
+  !> Adds a value to the diagonal at a component of a node; does nothing if it is not an unknown.
   pure subroutine add_diagonal(equations, component, node, value, matrix)
     type(equations_type), intent(in) :: equations
     integer, intent(in) :: component, node
@@ -298,10 +299,10 @@ contains
     matrix%values(place) = matrix%values(place) + value
   end subroutine add_diagonal
 
-  !> Add the pairs of nodes that have a place and, where one triangle is stored, are not on its diagonal.
+  !> Adds the pairs of nodes that have a position and, if one triangle is stored, are not on its diagonal.
   pure subroutine add_rows(n, offset, row_end, symmetric, block, values)
     integer, intent(in) :: n
-    !> What lies behind the entries (a, b) in the rows of node a, 0 for a pair that is not stored.
+    !> Offset of the entries (a, b) from the end of the rows of node a, 0 for a pair that is not stored.
     integer, intent(in) :: offset(n, n)
     !> Ends of the rows, 0 for components without an equation.
     integer, intent(in) :: row_end(3, n)
@@ -335,7 +336,7 @@ contains
     end do
   end subroutine add_rows
 
-  !> Nodes in the order of their equations, which rises with the ends of their rows; those without any come first.
+  !> Sorts the nodes by their equations, which ascend with the ends of their rows; nodes without equations are first.
   pure subroutine sort_nodes(n, row_end, order)
     integer, intent(in) :: n
     integer, intent(in) :: row_end(3, n)
@@ -354,12 +355,12 @@ contains
     end do
   end subroutine sort_nodes
 
-  !> Columns (k, b) that are unknowns, node by node.
+  !> Lists the columns (k, b) that are unknowns, node by node.
   pure subroutine list_columns(n, order, row_end, column, first)
     integer, intent(in) :: n
     integer, intent(in) :: order(n), row_end(3, n)
     integer, intent(out) :: column(3*n)
-    !> Those of node order(j) are first(j) : first(j+1)-1.
+    !> The columns of node order(j) are first(j) : first(j+1)-1.
     integer, intent(out) :: first(n + 1)
     integer :: count, j, k
 
@@ -375,13 +376,13 @@ contains
     first(n + 1) = count + 1
   end subroutine list_columns
 
-  !> Entries that follow each other in the rows of a node.
+  !> Finds runs of adjacent entries in the rows of a node.
   pure subroutine find_runs(n, a, order, first, offset, symmetric, count, runs)
     integer, intent(in) :: n, a
     integer, intent(in) :: order(n), first(n + 1), offset(n, n)
     logical, intent(in) :: symmetric
     integer, intent(out) :: count
-    !> First and last place among the columns, and how far the first one is from the end of a row (3, n).
+    !> First and last index among the columns; distance of the first one from the end of a row (3, n).
     integer, intent(inout) :: runs(3, n)
     integer :: at, j
 
@@ -400,7 +401,7 @@ contains
     end do
   end subroutine find_runs
 
-  !> Ask for the entries of a row, which come from far away in a matrix that is larger than the cache.
+  !> Prefetches the entries of a row, since a matrix that is larger than the cache has long access times.
   pure subroutine fetch_row(count, runs, row_end, values)
     integer, intent(in) :: count
     integer, intent(in) :: runs(3, count)
@@ -413,7 +414,7 @@ contains
     end do
   end subroutine fetch_row
 
-  !> Add the runs of a row.
+  !> Adds the runs of a row.
   pure subroutine add_row(count, runs, row, row_end, values)
     integer, intent(in) :: count
     integer, intent(in) :: runs(3, count)

@@ -1,9 +1,9 @@
-/* METIS with signals that survive it.
+/* METIS with restored signal handlers.
  *
- * While METIS runs, SIGTERM is its own: it reports its errors by raising the signal, and takes one that a user sends
- * for such an error. So a call that failed is made once more. Where it succeeds the signal was the user's: it is
- * raised again for the handler it was meant for. The handlers of SIGTERM and SIGABRT are restored with their flags,
- * of which METIS keeps none. */
+ * While METIS runs it handles SIGTERM: it reports its errors by raising this signal, and takes a signal sent by a user
+ * for such an error. A failed call is therefore repeated once. If the second call succeeds the signal was the user's
+ * and is raised again for the original handler. The handlers of SIGTERM and SIGABRT are restored with their flags,
+ * which METIS does not preserve. */
 #define _POSIX_C_SOURCE 200809L
 #include <signal.h>
 #include <stddef.h>
@@ -12,7 +12,7 @@
 int qsmpm_metis_order(int n, int *first, int *neighbour, int seed, int *order, int *position);
 int qsmpm_metis_parts(int n, int *first, int *neighbour, int *weight, int parts, int seed, int *part);
 
-/* One call; the handlers are afterwards what they were. */
+/* Makes one call and restores the handlers. */
 static int order_once(idx_t n, idx_t *first, idx_t *neighbour, idx_t *options, idx_t *order, idx_t *position)
 {
     struct sigaction on_term, on_abort;
@@ -26,7 +26,7 @@ static int order_once(idx_t n, idx_t *first, idx_t *neighbour, idx_t *options, i
     return status;
 }
 
-/* Nested dissection of a graph in compressed rows from 0; 0 when it is found. */
+/* Nested dissection of a graph in compressed rows from 0; returns 0 on success. */
 int qsmpm_metis_order(int n, int *first, int *neighbour, int seed, int *order, int *position)
 {
     idx_t options[METIS_NOPTIONS];
@@ -42,7 +42,7 @@ int qsmpm_metis_order(int n, int *first, int *neighbour, int seed, int *order, i
     return status == METIS_OK ? 0 : -1;
 }
 
-/* One call; the handlers are afterwards what they were. */
+/* Makes one call and restores the handlers. */
 static int part_once(idx_t n, idx_t *first, idx_t *neighbour, idx_t *weight, idx_t parts, idx_t *options, idx_t *part)
 {
     struct sigaction on_term, on_abort;
@@ -58,7 +58,7 @@ static int part_once(idx_t n, idx_t *first, idx_t *neighbour, idx_t *weight, idx
     return status;
 }
 
-/* Parts of a graph in compressed rows from 0; 0 when they are found. */
+/* Partition of a graph in compressed rows from 0; returns 0 on success. */
 int qsmpm_metis_parts(int n, int *first, int *neighbour, int *weight, int parts, int seed, int *part)
 {
     idx_t options[METIS_NOPTIONS];

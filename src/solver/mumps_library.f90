@@ -1,5 +1,5 @@
-!> The data types and the entries of MUMPS (double and single precision), taken from the include files of the library,
-!> which stand nowhere else. They are the same for the sequential and the parallel library.
+!> Data types and entry points of MUMPS (double and single precision) from the include files of the library, which are
+!> included only here. They are the same for the sequential and the parallel library.
 module qsmpm_mumps_library
   implicit none
   private
@@ -10,13 +10,13 @@ module qsmpm_mumps_library
   include 'smumps_struc.h'
 
   interface
-    !> Do what `mumps%job` says.
+    !> Performs the task given by `mumps%job`.
     subroutine dmumps(mumps)
       import :: dmumps_struc
       type(dmumps_struc), intent(inout) :: mumps
     end subroutine dmumps
 
-    !> The same in single precision.
+    !> Performs the task in single precision.
     subroutine smumps(mumps)
       import :: smumps_struc
       type(smumps_struc), intent(inout) :: mumps

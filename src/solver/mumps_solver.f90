@@ -1,14 +1,13 @@
-!> MUMPS on one process: multifrontal L D L^T of symmetric, possibly indefinite matrices (SYM=2) and LU
-!> of unsymmetric ones (SYM=0).
+!> MUMPS on one process: multifrontal L D L^T of symmetric, possibly indefinite matrices (SYM=2) and LU of unsymmetric
+!> ones (SYM=0).
 !>
-!> The given order is handed over as PERM_IN and INFOG(7) read back, since MUMPS may silently choose
-!> another. A pivot row that is round-off counts as a null pivot (ICNTL(24), CNTL(3)) and makes the
-!> matrix singular; PIVNUL_LIST names the equation. Nothing is printed. The names in capitals are
-!> those of the MUMPS users' guide.
+!> The given order is passed as PERM_IN and INFOG(7) is checked, since MUMPS may choose another one without notice. A
+!> pivot row that is round-off counts as a null pivot (ICNTL(24), CNTL(3)) and makes the matrix singular; PIVNUL_LIST
+!> names the equation. Nothing is printed. Names in capitals are those of the MUMPS users' guide.
 !>
-!> MUMPS in single precision: factors of half the memory in about half the time, which precondition
-!> (qsmpm_krylov). What is singular to single precision may be regular to double, so an error of this
-!> back end is no last word: the caller turns to double precision.
+!> MUMPS in single precision: factors of half the memory in about half the time, used as preconditioners
+!> (qsmpm_krylov). A matrix that is singular in single precision may be regular in double precision, so an error of
+!> this solver is not final: the caller changes to double precision.
 module qsmpm_mumps_solver
   use qsmpm_kinds, only: wp, long, sp
   use qsmpm_error, only: error_type, fail, error_other, error_singular
@@ -26,17 +25,17 @@ module qsmpm_mumps_solver
   integer, parameter :: job_begin = -1, job_end = -2, job_analyse = 1, job_factorise = 2, job_solve = 3
   !> Ordering given by the user, in ICNTL(7) and INFOG(7).
   integer, parameter :: ordering_given = 1
-  !> Ordering of MUMPS itself that does not change from run to run.
+  !> MUMPS's own ordering that is reproducible.
   integer, parameter :: ordering_pord = 4
   !> Values of INFOG(1).
   integer, parameter :: info_work_int = -8, info_work_real = -9, info_singular = -10, info_no_memory = -13
-  !> Percentage of extra work space, first and largest; doubled in between when MUMPS asks for more.
+  !> Percentage of extra work space, first and largest value; doubled when MUMPS requests more.
   integer, parameter :: extra_space_first = 30, extra_space_last = 2000
 
-  !> A MUMPS instance, and the places of its entries in the compressed rows.
+  !> A MUMPS instance and the positions of its entries in the compressed rows.
   type, extends(linear_solver_type) :: mumps_solver_type
     type(dmumps_struc), pointer, private :: mumps => null()
-    !> Place in `values` of each entry handed over; unallocated where all are.
+    !> Position in `values` of each entry passed; unallocated if all are passed.
     integer, allocatable, private :: place(:)
   contains
     procedure :: analyse_pattern
@@ -45,13 +44,13 @@ module qsmpm_mumps_solver
     procedure :: release
   end type mumps_solver_type
 
-  !> One of single precision.
+  !> A MUMPS instance of single precision.
   type, extends(linear_solver_type) :: single_solver_type
     private
     type(smumps_struc), pointer :: mumps => null()
-    !> Place in `values` of each entry handed over; unallocated where all are.
+    !> Position in `values` of each entry passed; unallocated if all are passed.
     integer, allocatable :: place(:)
-    !> Reciprocal of the largest value: the factors are those of K times this, in the range of the kind.
+    !> Reciprocal of the largest value: the factors are those of K times this scale, in the range of single precision.
     real(wp) :: scale = 1.0_wp
   contains
     procedure :: analyse_pattern => analyse_single
@@ -62,9 +61,9 @@ module qsmpm_mumps_solver
 
 contains
 
-  !> A MUMPS solver.
+  !> Creates a MUMPS solver.
   subroutine make_mumps_solver(symmetric, solver)
-    !> SYM=2 when true, SYM=0 otherwise.
+    !> Whether SYM=2 is used, otherwise SYM=0.
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
 
@@ -74,7 +73,7 @@ contains
     solver%symmetric = symmetric
   end subroutine make_mumps_solver
 
-  !> Start an instance and analyse in the given order.
+  !> Starts an instance and analyses in the given order.
   subroutine analyse_pattern(self, matrix, error)
     class(mumps_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -84,7 +83,7 @@ contains
 
     allocate (self%mumps)
     nullify (self%mumps%irn, self%mumps%jcn, self%mumps%a, self%mumps%rhs, self%mumps%perm_in)
-    ! MUMPS looks here for a mark of an instance that is already running.
+    ! MUMPS checks this entry for a mark of a running instance.
     self%mumps%keep(40) = 0
     self%mumps%n = 0
     self%mumps%comm = solo_communicator()
@@ -111,7 +110,7 @@ contains
     end if
   end subroutine analyse_pattern
 
-  !> Silence, an order, no permutation for large diagonals, null pivots detected.
+  !> Sets the controls: no output, an order, no permutation for large diagonals, detection of null pivots.
   pure subroutine set_controls(icntl, ordering)
     integer, intent(inout) :: icntl(:)
     !> ordering_given or ordering_pord.
@@ -126,7 +125,7 @@ contains
     icntl(28) = 1
   end subroutine set_controls
 
-  !> Whether a factorisation may be tried again, in more space.
+  !> Returns whether a factorisation is to be repeated with more space.
   logical function wants_space(infog, icntl)
     integer, intent(in) :: infog(:)
     integer, intent(inout) :: icntl(:)
@@ -135,14 +134,14 @@ contains
     if (wants_space) icntl(14) = min(2*icntl(14), extra_space_last)
   end function wants_space
 
-  !> Rows and columns of the entries MUMPS wants: all, or the upper triangle of a symmetric matrix.
+  !> Lists rows and columns of the entries required by MUMPS: all, or the upper triangle of a symmetric matrix.
   subroutine list_entries(matrix, symmetric, rows, columns, place)
     type(sparse_matrix_type), intent(in) :: matrix
-    !> One triangle is wanted.
+    !> Whether one triangle is required.
     logical, intent(in) :: symmetric
     !> Row and column of each entry.
     integer, pointer, intent(out) :: rows(:), columns(:)
-    !> Place of each in `values`; unallocated where all entries are wanted.
+    !> Position of each entry in `values`; unallocated if all entries are required.
     integer, allocatable, intent(out) :: place(:)
 
     integer :: i, k, entry, entry_count
@@ -167,7 +166,7 @@ contains
     end do
   end subroutine list_entries
 
-  !> Numeric factorisation, repeated with more space when MUMPS asks for it.
+  !> Factorises; repeats with more space when MUMPS requests it.
   subroutine factorise_values(self, matrix, error)
     class(mumps_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -193,7 +192,7 @@ contains
     end if
   end subroutine factorise_values
 
-  !> Forward and backward substitution.
+  !> Solves by forward and backward substitution.
   subroutine solve_factorised(self, rhs, x, error)
     class(mumps_solver_type), intent(inout) :: self
     real(wp), intent(in) :: rhs(:)
@@ -209,7 +208,7 @@ contains
     end if
   end subroutine solve_factorised
 
-  !> End the instance; what was allocated here is freed here.
+  !> Ends the instance; arrays allocated here are freed here.
   subroutine release(self)
     class(mumps_solver_type), intent(inout) :: self
 
@@ -224,7 +223,7 @@ contains
     deallocate (self%mumps)
   end subroutine release
 
-  !> Call MUMPS.
+  !> Calls MUMPS.
   subroutine run(mumps, job)
     type(dmumps_struc), intent(inout) :: mumps
     !> One of the `job_*` values.
@@ -234,16 +233,16 @@ contains
     call dmumps(mumps)
   end subroutine run
 
-  !> A count of MUMPS, which gives counts beyond 32 bits in negative millions.
+  !> Converts a count of MUMPS, which reports counts beyond 32 bits as negative millions.
   pure integer(long) function count_of(number)
-    !> The number of MUMPS.
+    !> Value reported by MUMPS.
     integer, intent(in) :: number
 
     count_of = int(number, long)
     if (number < 0) count_of = -1000000_long*number
   end function count_of
 
-  !> A failure of the library as an error.
+  !> Converts a failure of the library to an error.
   subroutine library_error(mumps, error)
     type(dmumps_struc), intent(in) :: mumps
     type(error_type), allocatable, intent(out) :: error
@@ -260,9 +259,9 @@ contains
     end select
   end subroutine library_error
 
-  !> A MUMPS solver of single precision.
+  !> Creates a MUMPS solver of single precision.
   subroutine make_single_solver(symmetric, solver)
-    !> SYM=2 when true, SYM=0 otherwise.
+    !> Whether SYM=2 is used, otherwise SYM=0.
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
 
@@ -273,7 +272,7 @@ contains
     solver%approximate = .true.
   end subroutine make_single_solver
 
-  !> Start an instance and analyse in the given order.
+  !> Starts an instance and analyses in the given order.
   subroutine analyse_single(self, matrix, error)
     class(single_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -302,7 +301,7 @@ contains
       'MUMPS did not take the order of the equations that was requested')
   end subroutine analyse_single
 
-  !> Numeric factorisation, repeated with more space when MUMPS asks for it.
+  !> Factorises; repeats with more space when MUMPS requests it.
   subroutine factorise_single(self, matrix, error)
     class(single_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -326,7 +325,7 @@ contains
     self%factor_operations = real(self%mumps%rinfog(3), wp)
   end subroutine factorise_single
 
-  !> Forward and backward substitution; the right-hand side is brought into the range of the kind.
+  !> Solves by forward and backward substitution; the right-hand side is scaled to the range of single precision.
   subroutine solve_single(self, rhs, x, error)
     class(single_solver_type), intent(inout) :: self
     real(wp), intent(in) :: rhs(:)
@@ -343,7 +342,7 @@ contains
     if (.not. allocated(error)) x = self%mumps%rhs*(largest*self%scale)
   end subroutine solve_single
 
-  !> End the instance; what was allocated here is freed here.
+  !> Ends the instance; arrays allocated here are freed here.
   subroutine release_single(self)
     class(single_solver_type), intent(inout) :: self
 
@@ -360,12 +359,12 @@ contains
     deallocate (self%mumps)
   end subroutine release_single
 
-  !> Call MUMPS.
+  !> Calls MUMPS.
   subroutine run_single(mumps, job, error)
     type(smumps_struc), intent(inout) :: mumps
     !> One of the `job_*` values.
     integer, intent(in) :: job
-    !> MUMPS failed.
+    !> Set when MUMPS failed.
     type(error_type), allocatable, intent(out) :: error
 
     mumps%job = job

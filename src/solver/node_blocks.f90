@@ -1,8 +1,8 @@
-!> Which nodes the equations belong to, for solvers that want a block of rows a node: its components in their order, the
-!> constrained ones too, with places of the nodes where they have some.
+!> The nodes of the equations, for solvers that require a block of rows per node: its components in order, including
+!> constrained ones, and the locations of the nodes if they have any.
 !>
-!> The equations of a node follow one another, and nodes are counted in the order of their equations. Where rows are
-!> spread over ranks the nodes are the own ones, and equations of others lie among the own ones in the matrix.
+!> The equations of a node are consecutive, and nodes are numbered in the order of their equations. If rows are
+!> distributed over ranks the nodes are the owned ones, and equations of other ranks are interspersed in the matrix.
 module qsmpm_node_blocks
   use qsmpm_kinds, only: wp
   implicit none
@@ -12,29 +12,29 @@ module qsmpm_node_blocks
 
   !> The nodes of the equations.
   type :: node_blocks_type
-    !> Components a node; 0 where nothing is known.
+    !> Components per node; 0 if unknown.
     integer :: components = 0
     !> Number of nodes.
     integer :: count = 0
-    !> Row of each equation among the blocks (own equations), from 1.
+    !> Row of each equation among the blocks (owned equations), from 1.
     integer, allocatable :: row(:)
-    !> Place of each node (components, count); not allocated where nodes have none.
+    !> Location of each node (components, count); unallocated if nodes have none.
     real(wp), allocatable :: places(:, :)
-    !> Communicator of the ranks that share the matrix, as in team_type, the equations of the matrix whose rows are
-    !> those of this rank (own equations), and the block rows of the others through all ranks, from 0 (equations); not
-    !> allocated where this process has the whole matrix.
+    !> Communicator of the ranks that share the matrix, as in team_type; equations whose rows belong to this rank
+    !> (owned equations); global block rows of the others, from 0 (equations). Unallocated if this process has the
+    !> whole matrix.
     integer :: communicator = 0
     integer, allocatable :: own(:), outside(:)
   end type node_blocks_type
 
 contains
 
-  !> The blocks of numbered equations.
+  !> Finds the blocks of numbered equations.
   pure subroutine find_node_blocks(number, equation_count, places, blocks)
-    !> Equation of each component of each node, 0 where there is none (components, nodes).
+    !> Equation of each component of each node, 0 for none (components, nodes).
     integer, intent(in) :: number(:, :)
     integer, intent(in) :: equation_count
-    !> Places of the nodes (components, nodes); none where not allocated.
+    !> Locations of the nodes (components, nodes); unallocated for none.
     real(wp), allocatable, intent(in) :: places(:, :)
     type(node_blocks_type), intent(out) :: blocks
     integer, allocatable :: node_of(:), order(:)

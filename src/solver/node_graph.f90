@@ -1,7 +1,7 @@
-!> Which nodes couple: patches of nodes, and the graph whose neighbours share a patch.
+!> Coupling of nodes: patches of nodes, and the graph whose neighbours share a patch.
 !>
-!> A patch is the nodes of a cell, or of the two cells at a face of the ghost penalty. What is numbered
-!> along the graph is left to `equations`, the order to `node_ordering`.
+!> A patch consists of the nodes of a cell, or of the two cells at a face of the ghost penalty. Numbering along the
+!> graph is left to `equations`, the order to `node_ordering`.
 module qsmpm_node_graph
   use qsmpm_sorting, only: sort
   implicit none
@@ -17,7 +17,7 @@ module qsmpm_node_graph
 
 contains
 
-  !> Put node lists behind others.
+  !> Appends node lists to others.
   pure subroutine append_patches(connectivity, more)
     type(connectivity_type), intent(inout) :: connectivity
     type(connectivity_type), intent(in) :: more
@@ -28,16 +28,16 @@ contains
     connectivity%nodes = [connectivity%nodes, more%nodes]
   end subroutine append_patches
 
-  !> Graph of the nodes of patches, in compressed rows without self loops, neighbours sorted.
+  !> Builds the graph of the nodes of patches, in compressed rows without self loops, neighbours sorted.
   pure subroutine node_graph(connectivity, node_count, active, graph_node, first, neighbour)
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(in) :: connectivity
     !> Number of nodes.
     integer, intent(in) :: node_count
     logical, allocatable, intent(out) :: active(:)
     !> Mesh node of each graph node.
     integer, allocatable, intent(out) :: graph_node(:)
-    !> First places of the rows.
+    !> First position of each row; neighbours.
     integer, allocatable, intent(out) :: first(:), neighbour(:)
     integer, allocatable :: graph_number(:), patch_first(:), patch_of(:), position(:), work(:)
     logical, allocatable :: seen(:)
@@ -78,12 +78,12 @@ contains
     neighbour = neighbour(:first(n + 1) - 1)
   end subroutine node_graph
 
-  !> Append the nodes not met yet.
+  !> Appends the nodes not yet in the list.
   pure subroutine add_unseen(nodes, seen, list, count)
     !> Node numbers.
     integer, intent(in) :: nodes(:)
     logical, intent(inout) :: seen(:)
-    !> The seeds.
+    !> The list of nodes.
     integer, intent(inout) :: list(:)
     integer, intent(inout) :: count
     integer :: k
@@ -96,12 +96,12 @@ contains
     end do
   end subroutine add_unseen
 
-  !> Where each node stands: patches and the positions in them, in compressed rows.
+  !> Lists the patches of each node and its positions in them, in compressed rows.
   pure subroutine list_places(connectivity, node_count, first, patch, position)
-    !> Node lists that couple.
+    !> Lists of coupled nodes.
     type(connectivity_type), intent(in) :: connectivity
     integer, intent(in) :: node_count
-    !> First places of the rows (node_count+1), patches and positions (listed nodes).
+    !> First position of each row (node_count+1); patches and positions (listed nodes).
     integer, allocatable, intent(out) :: first(:), patch(:), position(:)
     integer :: next(node_count), q, k, node
 
@@ -125,9 +125,9 @@ contains
     end do
   end subroutine list_places
 
-  !> Largest distance of two neighbours in an order of the nodes.
+  !> Returns the largest distance between neighbours in an order of the nodes.
   pure integer function node_distance(first, neighbour, position) result(distance)
-    !> First places of the rows.
+    !> First position of each row; neighbours; position of each node in the order.
     integer, intent(in) :: first(:), neighbour(:), position(:)
     integer :: i, k
 

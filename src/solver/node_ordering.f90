@@ -1,15 +1,14 @@
-!> Orders of elimination of the nodes: nested dissection by METIS, which keeps the fill of a sparse
-!> factorisation low, and reverse Cuthill-McKee, which keeps the band narrow.
+!> Elimination orders of the nodes: nested dissection by METIS, which reduces the fill of a sparse factorisation, and
+!> reverse Cuthill-McKee, which reduces the bandwidth.
 !>
-!> A graph is given in compressed rows counted from 1: the neighbours of node i are
-!> neighbour(first(i)) to neighbour(first(i+1)-1), each edge from both ends, no node its own
-!> neighbour. It may be disconnected or empty. Both orders depend on the graph alone.
-!> `position(i)` is the place of node i in the order.
+!> A graph is given in compressed rows numbered from 1: the neighbours of node i are neighbour(first(i)) to
+!> neighbour(first(i+1)-1); each edge is listed at both ends, and no node is its own neighbour. It may be disconnected
+!> or empty. Both orders depend on the graph alone. `position(i)` is the position of node i in the order.
 !>
-!> Parts of a graph that weigh as much as each other, with few edges between them: METIS, k ways. Where it leaves a part
-!> empty, as it may with a few nodes a part, the parts are pieces of the order of least bandwidth.
+!> The module also partitions a graph into parts of equal weight with few edges between them: METIS, k-way. If METIS
+!> leaves a part empty, as is possible with few nodes per part, the parts are segments of the order of least bandwidth.
 !>
-!> The same graph gives the same parts.
+!> The same graph always gives the same parts.
 module qsmpm_node_ordering
   use, intrinsic :: iso_c_binding, only: c_int
   use qsmpm_error, only: error_type, fail, error_other
@@ -21,11 +20,11 @@ module qsmpm_node_ordering
 
   public :: order_metis, order_bandwidth, narrow_by_sweeps, part_graph
 
-  !> Seed of the random choices of METIS: any, but always the same.
+  !> Seed of the random choices of METIS: arbitrary but constant.
   integer(c_int), parameter :: seed = 1
 
   interface
-    !> Nested dissection of a graph from 0; 0 when it is found (metis_shim.c).
+    !> Nested dissection of a graph numbered from 0; returns 0 on success (metis_shim.c).
     integer(c_int) function metis_order(n, first, neighbour, seed, order, position) bind(c, name='qsmpm_metis_order')
       import :: c_int
       integer(c_int), value :: n
@@ -35,13 +34,13 @@ module qsmpm_node_ordering
     end function metis_order
   end interface
 
-  !> Places along an axis that are told apart.
+  !> Resolution of coordinates along an axis.
   real(wp), parameter :: steps = 1.0e6_wp
-  !> Orders of the axes, the slowest first; those of the plane are the first two.
+  !> Orders of the axes, slowest first; for plane models the first two.
   integer, parameter :: axes(3, 6) = reshape([1, 2, 3, 2, 1, 3, 1, 3, 2, 2, 3, 1, 3, 1, 2, 3, 2, 1], [3, 6])
 
   interface
-    !> Parts of a graph from 0; 0 when they are found (metis_shim.c).
+    !> Partition of a graph numbered from 0; returns 0 on success (metis_shim.c).
     integer(c_int) function metis_parts(n, first, neighbour, weight, parts, seed, part) &
       bind(c, name='qsmpm_metis_parts')
       import :: c_int
@@ -53,15 +52,15 @@ module qsmpm_node_ordering
 
 contains
 
-  !> Nested dissection by METIS.
+  !> Computes the nested dissection order by METIS.
   subroutine order_metis(first, neighbour, position, error)
     !> Graph (n+1).
     integer, intent(in) :: first(:)
     !> Graph (edges, counted twice).
     integer, intent(in) :: neighbour(:)
-    !> Place of each node in the order of elimination (n).
+    !> Position of each node in the order of elimination (n).
     integer, intent(out) :: position(:)
-    !> Set when the graph is no graph or METIS fails.
+    !> Set when the graph is invalid or METIS fails.
     type(error_type), allocatable, intent(out) :: error
 
     integer(c_int), allocatable :: first_c(:), neighbour_c(:), order(:), position_c(:)
@@ -73,7 +72,7 @@ contains
       return
     end if
     if (first(n + 1) == 1) then
-      ! METIS wants at least one edge, and without edges every order is as good.
+      ! METIS requires at least one edge; without edges all orders are equivalent.
       position = [(i, i=1, n)]
       return
     end if
@@ -87,7 +86,7 @@ contains
     position = position_c + 1
   end subroutine order_metis
 
-  !> Whether rows and neighbours are in range and no node is its own neighbour.
+  !> Returns whether rows and neighbours are in range and no node is its own neighbour.
   pure logical function is_graph(first, neighbour, n)
     !> Graph (n+1).
     integer, intent(in) :: first(:)
@@ -110,18 +109,18 @@ contains
     is_graph = .true.
   end function is_graph
 
-  !> Reverse Cuthill-McKee from a pseudo-peripheral node of each connected part: to find one, sweeps
-  !> go back and forth from the last level's node of least degree while they get deeper (George and
-  !> Liu 1979).
+  !> Computes the reverse Cuthill-McKee order from a pseudo-peripheral node of each connected part. To find this node,
+  !> sweeps start repeatedly from the node of least degree in the last level while the number of levels increases
+  !> (George and Liu 1979).
   pure subroutine order_bandwidth(first, neighbour, position)
     !> Graph (n+1).
     integer, intent(in) :: first(:)
     !> Graph (edges, counted twice).
     integer, intent(in) :: neighbour(:)
-    !> Place of each node in the order (n).
+    !> Position of each node in the order (n).
     integer, intent(out) :: position(:)
 
-    !> Nodes in the order found so far, and the number of the last sweep that met each node.
+    !> Nodes in the order found so far; number of the last sweep that reached each node.
     integer :: order(size(first) - 1), met_by(size(first) - 1)
     integer :: n, node, start, done, reached, levels, deepest, last_level, sweep_number
 
@@ -149,22 +148,22 @@ contains
     end do
   end subroutine order_bandwidth
 
-  !> Number the nodes of a connected part by distance from the start, those met from the same node
-  !> by increasing degree.
+  !> Numbers the nodes of a connected part by distance from the start; those reached from the same node by increasing
+  !> degree.
   pure subroutine sweep(first, neighbour, start, sweep_number, met_by, order, reached, levels, &
     last_level)
     !> Graph.
     integer, intent(in) :: first(:)
     integer, intent(in) :: neighbour(:)
-    !> Node to begin with.
+    !> Start node.
     integer, intent(in) :: start
     !> Mark of this sweep, different from all marks in `met_by`.
     integer, intent(in) :: sweep_number
-    !> Mark of each node; those met now get `sweep_number`.
+    !> Mark of each node; nodes reached now are set to `sweep_number`.
     integer, intent(inout) :: met_by(:)
-    !> Nodes in the order met.
+    !> Nodes in the order reached.
     integer, intent(inout) :: order(:)
-    !> Number of nodes met, number of levels, and place in `order` where the last level begins.
+    !> Number of nodes reached; number of levels; position in `order` where the last level begins.
     integer, intent(out) :: reached
     integer, intent(out) :: levels
     integer, intent(out) :: last_level
@@ -196,7 +195,7 @@ contains
     end do
   end subroutine sweep
 
-  !> Sort a few nodes by increasing degree, nodes of equal degree by number.
+  !> Sorts a few nodes by increasing degree, nodes of equal degree by number.
   pure subroutine sort_by_degree(first, nodes)
     !> Graph.
     integer, intent(in) :: first(:)
@@ -216,7 +215,7 @@ contains
     end do
   end subroutine sort_by_degree
 
-  !> The node of least degree, the first by number where several have it.
+  !> Returns the node of least degree, the first by number if there are several.
   pure integer function least_degree(first, nodes)
     !> Graph.
     integer, intent(in) :: first(:)
@@ -231,7 +230,7 @@ contains
     end do
   end function least_degree
 
-  !> Whether node a has a smaller degree than node b, or the same and a smaller number.
+  !> Returns whether node a has a smaller degree than node b, or the same degree and a smaller number.
   pure logical function goes_before(first, a, b)
     !> Graph.
     integer, intent(in) :: first(:)
@@ -246,18 +245,18 @@ contains
     goes_before = degree_a < degree_b .or. (degree_a == degree_b .and. a < b)
   end function goes_before
 
-  !> Take the order along the axes, slice after slice and row after row, that leaves the narrowest band, where it is
-  !> narrower than the one given. In a grid whose functions reach over several cells it is narrower than orders found
-  !> from the graph alone, whose levels are as thick as the reach of the functions and bend round the corners. Which
-  !> axis comes first is tried; any order is as right as any other.
+  !> Replaces the order by one along the axes, plane by plane and row by row, if its bandwidth is smaller. In a grid
+  !> whose functions extend over several cells this order is better than orders found from the graph alone, whose
+  !> levels are as thick as the support of the functions and curve around the corners. All sequences of the axes are
+  !> tried; any order gives a correct solution.
   pure subroutine narrow_by_sweeps(places, first, neighbour, position, distance)
     !> Coordinates of the nodes (2 or 3, n).
     real(wp), intent(in) :: places(:, :)
     !> Graph in compressed rows.
     integer, intent(in) :: first(:), neighbour(:)
-    !> Place of each node in the order (n).
+    !> Position of each node in the order (n).
     integer, intent(inout) :: position(:)
-    !> Largest distance of two neighbours in it.
+    !> Largest distance between neighbours in the order.
     integer, intent(inout) :: distance
     integer :: keys(size(places, 1), size(position)), order(size(position)), trial(size(position))
     integer :: k, i, d, found
@@ -275,11 +274,11 @@ contains
     end do
   end subroutine narrow_by_sweeps
 
-  !> Coordinates as integers.
+  !> Converts coordinates to integers.
   pure subroutine number_places(places, keys)
     !> (2 or 3, n)
     real(wp), intent(in) :: places(:, :)
-    !> The same.
+    !> Coordinates as integers (2 or 3, n).
     integer, intent(out) :: keys(:, :)
     real(wp) :: low, extent
     integer :: a
@@ -292,11 +291,11 @@ contains
     end do
   end subroutine number_places
 
-  !> Part of each node, from 1; none is empty where there are as many nodes as parts.
+  !> Partitions a graph; parts are numbered from 1, and none is empty if there are at least as many nodes as parts.
   subroutine part_graph(first, neighbour, weight, parts, part)
     !> Graph (n+1), (edges, counted twice).
     integer, intent(in) :: first(:), neighbour(:)
-    !> Of the nodes (n).
+    !> Weights of the nodes (n).
     integer, intent(in) :: weight(:)
     integer, intent(in) :: parts
     !> (n)
@@ -316,8 +315,8 @@ contains
     call cut_order(first, neighbour, weight, parts, part)
   end subroutine part_graph
 
-  !> Cut the order of least bandwidth into pieces: each ends where the weight so far is nearest to its share, and leaves
-  !> a node for each of those behind it.
+  !> Divides the order of least bandwidth into segments: each ends where the accumulated weight is nearest to its
+  !> share, and leaves at least one node for each of the following segments.
   pure subroutine cut_order(first, neighbour, weight, parts, part)
     integer, intent(in) :: first(:), neighbour(:), weight(:), parts
     integer, intent(out) :: part(:)

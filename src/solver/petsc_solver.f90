@@ -1,11 +1,11 @@
-!> PETSc as a solver: FGMRES with algebraic multigrid (GAMG), which needs sweeps that hardly grow with the number of
-!> equations. What is here is the same in every program; the work is done in `petsc/`, which qsmpm-mpi is linked with,
-!> and refused in `no_petsc/`, which all other programs are.
+!> PETSc as a solver: FGMRES with algebraic multigrid (GAMG), whose number of sweeps increases little with the number
+!> of equations. This module is the same in every program; it is implemented in `petsc/`, linked with qsmpm-mpi, and
+!> replaced by an error in `no_petsc/` in all other programs.
 !>
-!> The matrix is handed over in blocks of a node, constrained components as rows of their own with nothing but a
-!> diagonal, and with the rigid motions where the nodes have places: multigrid must be able to represent them on all its
-!> levels. Of a matrix that ranks share each hands over the rows of its own equations; columns may belong to rows of
-!> others (`node_blocks`).
+!> The matrix is passed in blocks of a node; constrained components are rows with a diagonal entry only. The rigid body
+!> motions are passed if the nodes have locations, since multigrid must represent them on all levels. Of a matrix
+!> shared by ranks each passes the rows of its own equations; columns may belong to rows of other ranks
+!> (`node_blocks`).
 module qsmpm_petsc_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_null_ptr
   use qsmpm_kinds, only: wp
@@ -17,19 +17,19 @@ module qsmpm_petsc_solver
 
   public :: petsc_solver_type, make_petsc_solver, with_petsc
 
-  !> A matrix of PETSc and the method that solves with it.
+  !> A PETSc matrix and its solution method.
   type, extends(linear_solver_type) :: petsc_solver_type
     private
     type(c_ptr) :: handle = c_null_ptr
     !> First row of this rank, from 0.
     integer :: first = 0
-    !> Equations whose rows are handed over, and the row of each equation in the matrix of PETSc, through all ranks,
-    !> from 0.
+    !> Equations whose rows are passed; global row of each equation in the PETSc matrix, from 0.
     integer, allocatable :: own(:)
     integer(c_int), allocatable :: row(:)
-    !> Rows of this rank there that no equation has, from 0.
+    !> Rows of this rank without an equation, from 0.
     integer(c_int), allocatable :: empty(:)
-    !> The multigrid is that of an older matrix; it no longer pays; sweeps a digit that it needed when it was new.
+    !> Whether the multigrid is that of an older matrix; whether it is no longer economical; sweeps per digit when it
+    !> was new.
     logical :: kept = .false., worn = .false.
     real(wp) :: sweeps_a_digit = 0.0_wp
     !> Right-hand side and solution with all rows of this rank.
@@ -39,25 +39,25 @@ module qsmpm_petsc_solver
   end type petsc_solver_type
 
   interface
-    !> Whether this program has PETSc.
+    !> Returns whether this program has PETSc.
     pure module logical function with_petsc() result(has)
     end function with_petsc
 
-    !> Take the pattern.
+    !> Takes the pattern.
     module subroutine analyse_pattern(self, matrix, error)
       class(petsc_solver_type), intent(inout) :: self
       type(sparse_matrix_type), intent(in) :: matrix
       type(error_type), allocatable, intent(out) :: error
     end subroutine analyse_pattern
 
-    !> Set the multigrid up for the values.
+    !> Sets up the multigrid for the values.
     module subroutine factorise_values(self, matrix, error)
       class(petsc_solver_type), intent(inout) :: self
       type(sparse_matrix_type), intent(in) :: matrix
       type(error_type), allocatable, intent(out) :: error
     end subroutine factorise_values
 
-    !> Iterate to the tolerance.
+    !> Iterates to the tolerance.
     module subroutine solve_factorised(self, rhs, x, error)
       class(petsc_solver_type), intent(inout) :: self
       real(wp), intent(in) :: rhs(:)
@@ -65,12 +65,12 @@ module qsmpm_petsc_solver
       type(error_type), allocatable, intent(out) :: error
     end subroutine solve_factorised
 
-    !> Give the multigrid back.
+    !> Frees the multigrid.
     module subroutine forget(self)
       class(petsc_solver_type), intent(inout) :: self
     end subroutine forget
 
-    !> Give matrix and multigrid back.
+    !> Frees matrix and multigrid.
     module subroutine release(self)
       class(petsc_solver_type), intent(inout) :: self
     end subroutine release
@@ -78,9 +78,9 @@ module qsmpm_petsc_solver
 
 contains
 
-  !> A solver of PETSc.
+  !> Creates a PETSc solver.
   subroutine make_petsc_solver(symmetric, solver)
-    !> The matrices are symmetric.
+    !> Whether the matrices are symmetric.
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
 

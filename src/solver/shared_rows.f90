@@ -1,7 +1,7 @@
-!> Equations whose rows are spread over the processes of a team, each with those of its own nodes, solved by all of them
-!> together (PETSc). They are taken from the matrix of all nodes of a process, as `node_blocks` says. A process asks
-!> the owners of the nodes around its own for the numbers of their rows once, when the pattern is new, and gets their
-!> values in each solution: no message is longer than the boundary of its part.
+!> Equations whose rows are distributed over the processes of a team, each with those of its own nodes, solved jointly
+!> (PETSc). They are extracted from the matrix of all nodes of a process, as described by `node_blocks`. When the
+!> pattern is new a process requests the row numbers of adjacent nodes from their owners once, and receives their
+!> values in each solution: no message is larger than the boundary of its part.
 module qsmpm_shared_rows
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp, long
@@ -21,9 +21,9 @@ module qsmpm_shared_rows
 
   type :: shared_rows_type
     class(linear_solver_type), allocatable :: solver
-    !> Equations of this process that are own, in their order, and the others by owners.
+    !> Owned equations of this process in order; the others by owners.
     integer, allocatable :: own(:), foreign(:)
-    !> Own equations whose solution goes to each rank (first: ranks + 1).
+    !> Owned equations whose solution is sent to each rank (first: ranks + 1).
     integer, allocatable :: given(:), first_given(:)
   end type shared_rows_type
 
@@ -31,14 +31,14 @@ module qsmpm_shared_rows
 
 contains
 
-  !> Number the rows through all processes and make the solver for their pattern.
+  !> Numbers the rows over all processes and creates the solver for their pattern.
   subroutine start_shared_rows(rows, team, equations, matrix, labels, owner, places, error)
     type(shared_rows_type), intent(inout) :: rows
     type(team_type), intent(in) :: team
-    !> Equations of all nodes of this process, and their matrix: both triangles.
+    !> Equations of all nodes of this process and their matrix, with both triangles.
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Names of the nodes and the ranks that own them (nodes), and where they are (dimension, nodes).
+    !> Names of the nodes; ranks that own them (nodes); their locations (dimension, nodes).
     integer, intent(in) :: labels(:), owner(:)
     real(wp), allocatable, intent(in) :: places(:, :)
     type(error_type), allocatable, intent(out) :: error
@@ -68,7 +68,7 @@ contains
 
   contains
 
-    !> Ask the owners of the other nodes for their rows.
+    !> Requests the rows of the other nodes from their owners.
     subroutine number_foreign(own_number)
       integer, intent(in) :: own_number(:, :)
       integer, allocatable :: asked(:), first(:), first_asked(:), first_answers(:)
@@ -102,9 +102,9 @@ contains
       end do
     end subroutine number_foreign
 
-    !> Rows of the processes before this one.
+    !> Returns the number of rows of the processes before this one.
     integer function rows_before(components)
-      !> Rows of a node.
+      !> Rows per node.
       integer, intent(in) :: components
       real(wp) :: sizes(team%ranks)
 
@@ -114,15 +114,15 @@ contains
       rows_before = nint(sum(sizes(:team%rank)))
     end function rows_before
 
-    !> Rows of own nodes that others have asked for, and their equations as those that are given.
+    !> Returns the rows of owned nodes requested by other processes, and records their equations as those to be sent.
     subroutine answer(before, own_number, questions, answers)
-      !> Rows of the processes before this one.
+      !> Number of rows of the processes before this one.
       integer, intent(in) :: before
-      !> Names of the nodes (nodes), and their own equations (components, nodes).
+      !> Names of the nodes (nodes); their owned equations (components, nodes).
       integer, intent(in) :: own_number(:, :)
-      !> Names of the nodes that are asked for.
+      !> Names of the requested nodes.
       integer, intent(in) :: questions(:)
-      !> Rows, all components of a node; -1 for none.
+      !> Rows of all components of each node; -1 for none.
       integer(long), allocatable, intent(out) :: answers(:)
       integer :: a, c, d, k
       integer, allocatable :: mine(:), order(:), sorted(:)
@@ -149,11 +149,11 @@ contains
     end subroutine answer
   end subroutine start_shared_rows
 
-  !> Number own equations one after the other, in the order they have.
+  !> Numbers the owned equations consecutively in their order.
   pure subroutine keep_own(count, own_number, own)
-    !> Equations of all nodes of this process.
+    !> Number of equations of all nodes of this process.
     integer, intent(in) :: count
-    !> Equations of own nodes, 0 elsewhere; then their numbers among the own (components, nodes).
+    !> Equations of owned nodes, 0 elsewhere; replaced by their numbers among the owned ones (components, nodes).
     integer, intent(inout) :: own_number(:, :)
     integer, allocatable, intent(out) :: own(:)
     integer :: rank_of(count), a, c, i, n
@@ -178,13 +178,13 @@ contains
     end do
   end subroutine keep_own
 
-  !> Take new values.
+  !> Takes new values.
   subroutine factorise_shared_rows(rows, team, matrix, error)
     type(shared_rows_type), intent(inout) :: rows
     type(team_type), intent(in) :: team
-    !> Of all nodes of this process.
+    !> Matrix of all nodes of this process.
     type(sparse_matrix_type), intent(in) :: matrix
-    !> error_singular: a value is no number, or the method fails.
+    !> error_singular: a value is not finite, or the method fails.
     type(error_type), allocatable, intent(out) :: error
     logical :: finite
     integer :: i
@@ -198,22 +198,22 @@ contains
       call fail(error, error_singular, 'the matrix has a value that is not finite')
       return
     end if
-    ! What a solver alone checks of its rows is checked by all of them here.
+    ! Checks that a single-process solver makes for its rows are made here by all processes.
     call rows%solver%factorise_values(matrix, error)
     rows%solver%factorised = .not. allocated(error)
     call agree(team, error)
   end subroutine factorise_shared_rows
 
-  !> Solve for the values taken last.
+  !> Solves for the values taken last.
   subroutine solve_shared_rows(rows, team, rhs, tolerance, most_sweeps, x, error)
     type(shared_rows_type), intent(inout) :: rows
     type(team_type), intent(in) :: team
-    !> Right-hand side, good at own equations (equations).
+    !> Right-hand side, valid at owned equations (equations).
     real(wp), intent(in) :: rhs(:)
-    !> Residual allowed relative to it, and sweeps.
+    !> Residual allowed relative to the right-hand side; number of sweeps allowed.
     real(wp), intent(in) :: tolerance
     integer, intent(in) :: most_sweeps
-    !> Solution, good at all equations of this process.
+    !> Solution, valid at all equations of this process.
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: own_x(size(rows%own))
@@ -237,7 +237,7 @@ contains
     end do
   end subroutine solve_shared_rows
 
-  !> Give everything back.
+  !> Frees all data.
   subroutine end_shared_rows(rows)
     type(shared_rows_type), intent(inout) :: rows
     type(shared_rows_type) :: none

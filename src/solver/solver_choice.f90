@@ -1,5 +1,5 @@
-!> Which solver factorises the equations: the one the deck names, or the fastest by the crossovers
-!> measured in docs/performance.md.
+!> Selection of the solver that factorises the equations: that of the deck, or the fastest one according to the
+!> crossovers measured in docs/performance.md.
 module qsmpm_solver_choice
   use qsmpm_method_description, only: solver_auto, solver_band, solver_cholmod, solver_mumps, solver_krylov, &
     precision_auto, solver_petsc, precision_single
@@ -14,26 +14,27 @@ module qsmpm_solver_choice
 
   public :: make_solver, choose_solver, solve_together, use_single
 
-  !> Kinds no deck names: the fastest direct solver, MUMPS in single precision, the fastest of all but PETSc.
+  !> Kinds without a deck word: fastest direct solver, MUMPS in single precision, fastest solver other than PETSc.
   integer, parameter, public :: solver_direct = 11, solver_single = 12, solver_own = 13
-  !> A half bandwidth k for which the band solver is the fastest however sparse the rows are; and beyond it, up to some
-  !> equations: a row costs the band solver k (k + `start`), the others `fill` times the entries of a row, but in the
-  !> plane no more than with `most_entries` of them: cubic splines have more, in larger blocks.
+  !> Half bandwidth k up to which the band solver is the fastest for any sparsity. Above it, up to some number of
+  !> equations, the cost of a row is k (k + `start`) for the band solver and `fill` times the entries of a row for the
+  !> others; in plane models at most `most_entries` are counted, since cubic splines have more, in larger blocks.
   real(wp), parameter :: narrow = 120.0_wp, start = 270.0_wp, fill = 2500.0_wp, most_entries = 50.0_wp
   integer, parameter, public :: most_for_band = 10000
-  !> Equations in three dimensions beyond which the factor of CHOLMOD may pass 2^31 entries.
+  !> Number of equations in 3D above which the factor of CHOLMOD may exceed 2^31 entries.
   integer, parameter :: most_for_cholmod = 400000
-  !> Equations in three dimensions from which factors of single precision pay, by symmetry, and Krylov
-  !> methods with incomplete factors, for symmetric matrices only: those of yielding bodies stall them.
+  !> Number of equations in 3D from which factors of single precision are economical, by symmetry, and from which
+  !> Krylov methods with incomplete factors are, for symmetric matrices only, since they stall for those of yielding
+  !> bodies.
   integer, parameter :: single_symmetric = 30000, single_unsymmetric = 10000, least_for_krylov = 100000
-  !> Unsymmetric equations in three dimensions, of all processes, from which the multigrid of PETSc pays.
+  !> Number of unsymmetric equations in 3D, of all processes, from which the multigrid of PETSc is economical.
   integer, parameter :: least_for_multigrid = 50000
-  !> The same where several processes solve together: the others wait while the first one factorises.
+  !> The same if several processes solve together, since the others would wait while the first one factorises.
   integer, parameter :: least_together = 8000
 
 contains
 
-  !> Make a solver.
+  !> Creates a solver.
   subroutine make_solver(kind, n, bandwidth, entries, symmetric, dimension, solver)
     !> One of the `solver_*` values of the analysis.
     integer, intent(in) :: kind
@@ -43,7 +44,7 @@ contains
     integer, intent(in) :: bandwidth
     !> Entries of the matrix, in both triangles.
     integer, intent(in) :: entries
-    !> The matrix is symmetric. CHOLMOD takes no other, so an explicit CHOLMOD becomes MUMPS.
+    !> Whether the matrix is symmetric. CHOLMOD supports no other, so an explicit CHOLMOD is replaced by MUMPS.
     logical, intent(in) :: symmetric
     !> Dimension of the model, 1 to 3.
     integer, intent(in) :: dimension
@@ -64,8 +65,8 @@ contains
     end if
   end subroutine make_solver
 
-  !> The kind that will solve: the one asked for, or for `solver_auto` the fastest one. It is known
-  !> before the equations are numbered, as it decides their order.
+  !> Returns the kind of solver: the requested one, or for `solver_auto` the fastest one. It is chosen before the
+  !> equations are numbered, since their order depends on it.
   pure integer function choose_solver(kind, n, bandwidth, entries, symmetric, dimension)
     !> One of the `solver_*` values of the analysis.
     integer, intent(in) :: kind
@@ -94,12 +95,12 @@ contains
     end if
   end function choose_solver
 
-  !> Whether processes that leave the choice to the program solve together with PETSc: elsewhere the first one is faster
-  !> with the equations of all.
+  !> Returns whether processes that leave the choice to the program solve together with PETSc; otherwise the first one
+  !> is faster with the equations of all.
   pure logical function solve_together(kind, n, symmetric, dimension)
     !> One of the `solver_*` values of the analysis.
     integer, intent(in) :: kind
-    !> Equations of all processes.
+    !> Number of equations of all processes.
     integer(long), intent(in) :: n
     logical, intent(in) :: symmetric
     !> Dimension of the model, 1 to 3.
@@ -109,7 +110,7 @@ contains
       n >= least_together
   end function solve_together
 
-  !> Whether the band solver is the fastest.
+  !> Returns whether the band solver is the fastest.
   pure logical function is_narrow(n, bandwidth, entries, dimension)
     !> As for `make_solver`.
     integer, intent(in) :: n
@@ -125,11 +126,11 @@ contains
     is_narrow = is_narrow .or. bandwidth*(bandwidth + start) <= fill*of_a_row
   end function is_narrow
 
-  !> Whether a direct solver of a kind is to work in single precision.
+  !> Returns whether a direct solver works in single precision.
   pure logical function use_single(precision, kind, n, symmetric, dimension)
     !> One of the `precision_*` values of the analysis.
     integer, intent(in) :: precision
-    !> What `choose_solver` said.
+    !> Result of `choose_solver`.
     integer, intent(in) :: kind
     !> As for `make_solver`.
     integer, intent(in) :: n

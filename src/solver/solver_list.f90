@@ -1,8 +1,8 @@
-!> The linear solvers of the deck: a row each, with the word, what makes the solver, and its traits. To add a solver
-!> takes a module that extends `linear_solver_type` and a row here (docs/extending.md).
+!> The linear solvers of the deck: a row each, with the word, the procedure that creates the solver, and its
+!> properties. A new solver requires a module that extends `linear_solver_type` and a row here (docs/extending.md).
 !>
-!> The number of a row is the kind of the solver in the analysis; the kinds that the choice of a solver must know by
-!> name are constants there.
+!> The row number is the kind of the solver in the analysis; kinds used by name in the selection of a solver are
+!> constants of that module.
 module qsmpm_solver_list
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_band_solver, only: make_band_solver
@@ -17,7 +17,7 @@ module qsmpm_solver_list
   public :: solver_row_type, solver_list, solver_row, solver_number, solver_words
 
   abstract interface
-    !> Make a solver, for symmetric matrices or for any.
+    !> Creates a solver, for symmetric matrices or for any.
     subroutine make_interface(symmetric, solver)
       import :: linear_solver_type
       logical, intent(in) :: symmetric
@@ -28,17 +28,17 @@ module qsmpm_solver_list
   type :: solver_row_type
     character(len=8) :: word = 'AUTO'
     procedure(make_interface), pointer, nopass :: make => null()
-    !> It takes one triangle of a symmetric matrix; all others want both.
+    !> Whether it requires one triangle of a symmetric matrix; all others require both.
     logical :: one_triangle = .true.
-    !> It wants the order of `order_bandwidth`; all others want that of `order_metis`.
+    !> Whether it requires the order of `order_bandwidth`; all others require that of `order_metis`.
     logical :: narrow_band = .false.
-    !> A solver with factors of single precision may stand in for it.
+    !> Whether it may be replaced by a solver with factors of single precision.
     logical :: single = .true.
   end type solver_row_type
 
 contains
 
-  !> All solvers.
+  !> Returns all solvers.
   pure function solver_list() result(list)
     type(solver_row_type), allocatable :: list(:)
 
@@ -51,7 +51,7 @@ contains
       solver_row_type('PETSC', make_petsc_solver, one_triangle=.false., narrow_band=.true., single=.false.)]
   end function solver_list
 
-  !> The row of a kind; that of AUTO, which makes nothing, for any kind that is not in the list.
+  !> Returns the row of a kind; for a kind that is not in the list the row of AUTO, which creates nothing.
   pure type(solver_row_type) function solver_row(kind) result(row)
     integer, intent(in) :: kind
     type(solver_row_type), allocatable :: list(:)
@@ -60,7 +60,7 @@ contains
     if (kind >= 1 .and. kind <= size(list)) row = list(kind)
   end function solver_row
 
-  !> The kind of a word, 0 for AUTO.
+  !> Returns the kind of a word, 0 for AUTO.
   pure integer function solver_number(word)
     character(len=*), intent(in) :: word
     type(solver_row_type), allocatable :: list(:)
@@ -69,7 +69,7 @@ contains
     solver_number = findloc(list%word, word, dim=1)
   end function solver_number
 
-  !> The words of the deck with bars between them, from kind 0 on.
+  !> Returns the words of the deck, separated by bars, from kind 0 on.
   pure function solver_words() result(words)
     character(len=:), allocatable :: words
     type(solver_row_type), allocatable :: list(:)

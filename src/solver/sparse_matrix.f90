@@ -1,10 +1,9 @@
-!> The matrix of the equations in compressed rows, and the few operations on it that need no
-!> factorisation: product, residual, bandwidth, and the checks that come before a factorisation.
+!> The matrix of the equations in compressed rows, and operations on it that need no factorisation: product, residual,
+!> bandwidth, and the checks before a factorisation.
 !>
-!> Of a symmetric matrix the upper triangle may be stored alone (`symmetric`), which halves memory and
-!> scatter; a row then begins with its diagonal. The columns of a row rise. The rows are those of the
-!> active equations in elimination order. Assembly is left to `equations`, factorisation to the back
-!> ends of `linear_solver`.
+!> For a symmetric matrix only the upper triangle may be stored (`symmetric`), which halves memory and assembly; a row
+!> then begins with its diagonal. The columns of a row ascend. The rows are those of the active equations in
+!> elimination order. Assembly is left to `equations`, factorisation to the extensions of `linear_solver`.
 module qsmpm_sparse_matrix
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -17,9 +16,9 @@ module qsmpm_sparse_matrix
   type :: sparse_matrix_type
     !> Number of rows.
     integer :: n = 0
-    !> Only the entries on and above the diagonal are stored, the others are their mirror image.
+    !> Whether only the entries on and above the diagonal are stored.
     logical :: symmetric = .false.
-    !> Place in `column` and `values` where each row begins (n+1); the last is the count plus one.
+    !> Position in `column` and `values` where each row begins (n+1); the last one is the count plus one.
     integer, allocatable :: row_first(:)
     !> Column of each entry, increasing in a row.
     integer, allocatable :: column(:)
@@ -29,7 +28,7 @@ module qsmpm_sparse_matrix
 
 contains
 
-  !> Product y = A x.
+  !> Computes the product y = A x.
   pure subroutine multiply(matrix, x, y)
     type(sparse_matrix_type), intent(in) :: matrix
     !> Vector (n).
@@ -53,9 +52,9 @@ contains
     end do
   end subroutine multiply
 
-  !> Product with a symmetric matrix of which the upper triangle is stored.
+  !> Computes the product with a symmetric matrix of which the upper triangle is stored.
   pure subroutine multiply_triangle(matrix, x, y)
-    !> The matrix A, every row beginning with its diagonal.
+    !> The matrix A; every row begins with its diagonal.
     type(sparse_matrix_type), intent(in) :: matrix
     !> Vector (n).
     real(wp), intent(in) :: x(:)
@@ -78,7 +77,7 @@ contains
     end do
   end subroutine multiply_triangle
 
-  !> Largest distance of an entry from the diagonal; 0 for a diagonal matrix.
+  !> Returns the largest distance of an entry from the diagonal; 0 for a diagonal matrix.
   pure integer function bandwidth(matrix)
     type(sparse_matrix_type), intent(in) :: matrix
 
@@ -93,7 +92,7 @@ contains
     end do
   end function bandwidth
 
-  !> Entries in both triangles.
+  !> Returns the number of entries in both triangles.
   pure integer function entry_count(matrix)
     type(sparse_matrix_type), intent(in) :: matrix
 
@@ -101,10 +100,10 @@ contains
     if (matrix%symmetric) entry_count = 2*entry_count - matrix%n
   end function entry_count
 
-  !> Sums of absolute values in the rows.
+  !> Computes the sums of absolute values of the rows.
   pure subroutine row_sums(matrix, sums)
     type(sparse_matrix_type), intent(in) :: matrix
-    !> One sum a row (n).
+    !> One sum per row (n).
     real(wp), intent(out) :: sums(:)
 
     integer :: i, j, k
@@ -119,7 +118,7 @@ contains
     end do
   end subroutine row_sums
 
-  !> First row that holds a NaN or an infinity; 0 when there is none.
+  !> Returns the first row that contains a NaN or an infinity; 0 if there is none.
   pure integer function first_not_finite(matrix)
     type(sparse_matrix_type), intent(in) :: matrix
 

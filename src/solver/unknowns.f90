@@ -1,9 +1,9 @@
-!> The unknowns of a step as a list of fields, each with a name, components a node and the nodes of its space.
+!> The unknowns of a step as a list of fields, each with a name, components per node and the nodes of its space.
 !>
-!> The nodes of all fields stand behind one another in one table (most components, all nodes): node n of field f is
-!> column first(f) + n. A component that a field does not have counts as constrained, so that numbering, pattern and
-!> blocks (qsmpm_equations) know of nodes and components alone, and a patch may list nodes of several fields. With
-!> the displacement alone the table is (dimension, nodes).
+!> The nodes of all fields are numbered consecutively in one table (most components, all nodes): node n of field f is
+!> column first(f) + n. A component that a field does not have is constrained, so that numbering, pattern and blocks
+!> (qsmpm_equations) depend on nodes and components only, and a patch may contain nodes of several fields. With the
+!> displacement alone the table is (dimension, nodes).
 module qsmpm_unknowns
   use qsmpm_kinds, only: wp
   implicit none
@@ -12,24 +12,24 @@ module qsmpm_unknowns
   public :: nodal_field_type, unknowns_type, add_field, find_field, joint_node, own_node, most_components, all_nodes, &
     fields_of_equations, join_constraints, put_values, values_of
 
-  !> One field.
+  !> A nodal field.
   type :: nodal_field_type
     character(len=:), allocatable :: name
     integer :: components = 0
-    !> Nodes of its space; 0 in what a term needs: those of the displacement.
+    !> Nodes of its space; 0 in the fields required by a term: those of the displacement.
     integer :: node_count = 0
-    !> Residual that is allowed, relative to the reference of the field, over that allowed to the forces.
+    !> Allowed residual of the field, relative to its reference, divided by that allowed for the forces.
     real(wp) :: tolerance_ratio = 1.0_wp
   end type nodal_field_type
 
-  !> All of them; the displacement is the first.
+  !> All fields; the displacement is the first.
   type :: unknowns_type
     type(nodal_field_type), allocatable :: fields(:)
   end type unknowns_type
 
 contains
 
-  !> One more field behind the others.
+  !> Appends a field.
   subroutine add_field(unknowns, name, components, node_count, tolerance_ratio)
     type(unknowns_type), intent(inout) :: unknowns
     character(len=*), intent(in) :: name
@@ -45,7 +45,7 @@ contains
     unknowns%fields = [unknowns%fields, field]
   end subroutine add_field
 
-  !> Number of the field of a name, 0 for none.
+  !> Returns the number of a field from its name, 0 for none.
   pure integer function find_field(unknowns, name) result(field)
     type(unknowns_type), intent(in) :: unknowns
     character(len=*), intent(in) :: name
@@ -58,7 +58,7 @@ contains
     field = 0
   end function find_field
 
-  !> Column of a node of a field.
+  !> Returns the column of a node of a field.
   elemental integer function joint_node(unknowns, node, field)
     type(unknowns_type), intent(in) :: unknowns
     integer, intent(in) :: node, field
@@ -66,7 +66,7 @@ contains
     joint_node = sum(unknowns%fields(:field - 1)%node_count) + node
   end function joint_node
 
-  !> Node of its field that a column is.
+  !> Returns the node of a column in its field.
   elemental integer function own_node(unknowns, column)
     type(unknowns_type), intent(in) :: unknowns
     integer, intent(in) :: column
@@ -79,10 +79,10 @@ contains
     end do
   end function own_node
 
-  !> Field of every equation, 0 for those of columns that are not own.
+  !> Returns the field of every equation, 0 for those of columns that are not owned.
   pure function fields_of_equations(unknowns, number, equations, own) result(field)
     type(unknowns_type), intent(in) :: unknowns
-    !> Equations of the table, 0 for none (most components, all nodes), and how many there are.
+    !> Equations of the table, 0 for none (most components, all nodes); their number.
     integer, intent(in) :: number(:, :), equations
     !> (all nodes)
     logical, intent(in) :: own(:)
@@ -97,21 +97,21 @@ contains
     end do
   end function fields_of_equations
 
-  !> Rows of the table.
+  !> Returns the number of rows of the table.
   pure integer function most_components(unknowns)
     type(unknowns_type), intent(in) :: unknowns
 
     most_components = maxval(unknowns%fields%components)
   end function most_components
 
-  !> Columns of the table.
+  !> Returns the number of columns of the table.
   pure integer function all_nodes(unknowns)
     type(unknowns_type), intent(in) :: unknowns
 
     all_nodes = sum(unknowns%fields%node_count)
   end function all_nodes
 
-  !> Put the constraints of a field into the table of all; the components that it does not have are constrained.
+  !> Copies the constraints of a field to the table; components that it does not have are constrained.
   pure subroutine join_constraints(unknowns, field, constrained, table)
     type(unknowns_type), intent(in) :: unknowns
     integer, intent(in) :: field
@@ -126,7 +126,7 @@ contains
     table(:unknowns%fields(field)%components, first:last) = constrained
   end subroutine join_constraints
 
-  !> Put the values of a field into the table of all.
+  !> Copies the values of a field to the table.
   pure subroutine put_values(unknowns, field, values, table)
     type(unknowns_type), intent(in) :: unknowns
     integer, intent(in) :: field
@@ -140,7 +140,7 @@ contains
     table(:unknowns%fields(field)%components, first:last) = values
   end subroutine put_values
 
-  !> The values of a field in the table of all.
+  !> Returns the values of a field in the table.
   pure function values_of(unknowns, field, table) result(values)
     type(unknowns_type), intent(in) :: unknowns
     integer, intent(in) :: field

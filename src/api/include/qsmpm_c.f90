@@ -1,6 +1,6 @@
-!> Interfaces to the C functions of QSMPM, for a Fortran program built with any compiler: a module file of another
-!> compiler is of no use, this source is. Compile it with the program and link the library; qsmpm.h says what
-!> each function does. Texts end with c_null_char.
+!> Interfaces to the C functions of QSMPM for a Fortran program built with any compiler, which cannot use module files
+!> of another compiler. Compile this file with the program and link the library; qsmpm.h describes the functions. Texts
+!> end with c_null_char.
 module qsmpm_c
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr
   implicit none
@@ -21,10 +21,10 @@ module qsmpm_c
   !> Status of a call.
   integer(c_int), parameter, public :: qsmpm_ok = 0, qsmpm_other = 1, qsmpm_deck = 2, qsmpm_not_converged = 3, &
     qsmpm_left_mesh = 4, qsmpm_singular = 5, qsmpm_user_material = 6, qsmpm_no_handle = 7, qsmpm_stopped = 128
-  !> What a material says of a point.
+  !> Response of a material at a point.
   integer(c_int), parameter, public :: qsmpm_updated = 0, qsmpm_cut = 1, qsmpm_failed = 2, qsmpm_unrecoverable = 3
 
-  !> What a material of the program's own is like.
+  !> Properties of a user-defined soil model.
   type, bind(c) :: qsmpm_model_options
     integer(c_int) :: state_count = 0
     integer(c_int) :: symmetric = 0
@@ -35,7 +35,7 @@ module qsmpm_c
     real(c_double) :: shear_scale = 0.0_c_double
   end type qsmpm_model_options
 
-  !> What a material is reported a step of a point.
+  !> Input of the update of a point for one step.
   type, bind(c) :: qsmpm_increment
     real(c_double) :: strain(6), strain_start(6), rotation(3, 3), gradient_start(3, 3), gradient_end(3, 3)
     integer(c_int) :: phase, step
@@ -46,7 +46,7 @@ module qsmpm_c
     real(c_double) :: time, time_increment
   end type qsmpm_increment
 
-  !> What a material answers.
+  !> Result of the update of a point.
   type, bind(c) :: qsmpm_response
     integer(c_int) :: plastic
     real(c_double) :: share
@@ -55,37 +55,37 @@ module qsmpm_c
   end type qsmpm_response
 
   interface
-    !> Version of the interface: 10000 major + 100 minor + patch.
+    !> Returns the version of the interface: 10000 major + 100 minor + patch.
     integer(c_int) function qsmpm_api_version() bind(c) result(status)
       import :: c_int
     end function qsmpm_api_version
 
-    !> Name, version and make; the length of the text.
+    !> Returns name, version and build options; the result is the length of the text.
     integer(c_int) function qsmpm_version(buffer, size) bind(c) result(status)
       import :: c_char, c_int
       character(kind=c_char), intent(out) :: buffer(*)
       integer(c_int), value :: size
     end function qsmpm_version
 
-    !> 1 where a feature is there.
+    !> Returns 1 if an optional feature is available.
     integer(c_int) function qsmpm_has(feature) bind(c) result(status)
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: feature(*)
     end function qsmpm_has
 
-    !> A new handle.
+    !> Creates a handle.
     integer(c_int) function qsmpm_create(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), intent(out) :: handle
     end function qsmpm_create
 
-    !> Give a handle back; it is null afterwards.
+    !> Frees a handle and sets it to null.
     integer(c_int) function qsmpm_destroy(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), intent(inout) :: handle
     end function qsmpm_destroy
 
-    !> Sentence of the last call that failed; its length.
+    !> Returns the message of the last failed call; the result is its length.
     integer(c_int) function qsmpm_error(handle, buffer, size) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -93,7 +93,7 @@ module qsmpm_c
       integer(c_int), value :: size
     end function qsmpm_error
 
-    !> What the reader of the deck has to say; its length.
+    !> Returns the messages of the deck reader; the result is the length of the text.
     integer(c_int) function qsmpm_messages(handle, buffer, size) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -101,7 +101,7 @@ module qsmpm_c
       integer(c_int), value :: size
     end function qsmpm_messages
 
-    !> A procedure that hears sentences.
+    !> Sets the procedure that receives messages.
     integer(c_int) function qsmpm_set_logger(handle, logger, user) bind(c) result(status)
       import :: c_funptr, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -109,28 +109,28 @@ module qsmpm_c
       type(c_ptr), value :: user
     end function qsmpm_set_logger
 
-    !> What the logger hears: 0 nothing, 1 sentences, 2 steps too.
+    !> Sets what the logger receives: 0 nothing, 1 messages, 2 messages and steps.
     integer(c_int) function qsmpm_set_verbosity(handle, level) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
       integer(c_int), value :: level
     end function qsmpm_set_verbosity
 
-    !> Threads that the analysis may use.
+    !> Sets the number of threads of the analysis.
     integer(c_int) function qsmpm_set_threads(handle, threads) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
       integer(c_int), value :: threads
     end function qsmpm_set_threads
 
-    !> Read a deck from its file.
+    !> Reads a deck from a file.
     integer(c_int) function qsmpm_read_deck(handle, path) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: path(*)
     end function qsmpm_read_deck
 
-    !> Read a deck that is at hand as text.
+    !> Reads a deck from a text in memory.
     integer(c_int) function qsmpm_parse_deck(handle, text, job) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -138,7 +138,7 @@ module qsmpm_c
       character(kind=c_char), intent(in) :: job(*)
     end function qsmpm_parse_deck
 
-    !> Give a material of the deck a model of the program's own.
+    !> Assigns a user-defined soil model to a material of the deck.
     integer(c_int) function qsmpm_set_material(handle, material, options, start, update, user) bind(c) result(status)
       import :: c_char, c_funptr, c_int, c_ptr, qsmpm_model_options
       type(c_ptr), value :: handle
@@ -149,77 +149,77 @@ module qsmpm_c
       type(c_ptr), value :: user
     end function qsmpm_set_material
 
-    !> Mesh, seed and make ready to step.
+    !> Generates the mesh and the material points and prepares the analysis for stepping.
     integer(c_int) function qsmpm_initialise(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
     end function qsmpm_initialise
 
-    !> One accepted load step.
+    !> Computes one accepted load step.
     integer(c_int) function qsmpm_advance(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
     end function qsmpm_advance
 
-    !> Step to a share of a stage.
+    !> Steps to a load fraction of a stage.
     integer(c_int) function qsmpm_advance_to(handle, share) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), value :: share
     end function qsmpm_advance_to
 
-    !> Step to the end of the last stage.
+    !> Steps to the end of the last stage.
     integer(c_int) function qsmpm_run(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
     end function qsmpm_run
 
-    !> 1 when the last stage has ended.
+    !> Returns 1 if the last stage has ended.
     integer(c_int) function qsmpm_finished(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
     end function qsmpm_finished
 
-    !> From now on write results to a directory.
+    !> Starts to write results to a directory.
     integer(c_int) function qsmpm_record(handle, directory) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: directory(*)
     end function qsmpm_record
 
-    !> Close what is written.
+    !> Closes the result files.
     integer(c_int) function qsmpm_finish_record(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
     end function qsmpm_finish_record
 
-    !> Write the state to a file.
+    !> Writes the state to a file.
     integer(c_int) function qsmpm_save(handle, path) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: path(*)
     end function qsmpm_save
 
-    !> Read the state from a file.
+    !> Reads the state from a file.
     integer(c_int) function qsmpm_load(handle, path) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: path(*)
     end function qsmpm_load
 
-    !> Copy state, loads and stages, in memory.
+    !> Stores a copy of state, loads and stages in memory.
     integer(c_int) function qsmpm_checkpoint(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
     end function qsmpm_checkpoint
 
-    !> Put the copy back.
+    !> Restores the copy.
     integer(c_int) function qsmpm_restore_checkpoint(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
     end function qsmpm_restore_checkpoint
 
-    !> Add a stage behind the last one.
+    !> Appends a stage.
     integer(c_int) function qsmpm_add_stage(handle, name, steps) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -227,55 +227,55 @@ module qsmpm_c
       integer(c_int), value :: steps
     end function qsmpm_add_stage
 
-    !> Add materials and phases as cards of the deck.
+    !> Adds materials and phases, given as deck keywords, to the scene.
     integer(c_int) function qsmpm_add_cards(handle, cards) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: cards(*)
     end function qsmpm_add_cards
 
-    !> End the present stage where it stands.
+    !> Ends the current stage at its current load.
     integer(c_int) function qsmpm_end_stage(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
     end function qsmpm_end_stage
 
-    !> Load factor of the coming stage.
+    !> Sets the load factor at the end of the next stage.
     integer(c_int) function qsmpm_set_load_factor(handle, factor) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), value :: factor
     end function qsmpm_set_load_factor
 
-    !> Load steps of the coming stage.
+    !> Sets the number of load steps of the next stage.
     integer(c_int) function qsmpm_set_steps(handle, steps) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
       integer(c_int), value :: steps
     end function qsmpm_set_steps
 
-    !> How long the coming stage lasts.
+    !> Sets the duration of the next stage.
     integer(c_int) function qsmpm_set_time(handle, duration) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), value :: duration
     end function qsmpm_set_time
 
-    !> Time at the start of the coming stage.
+    !> Sets the time at the start of the next stage.
     integer(c_int) function qsmpm_set_start_time(handle, time) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), value :: time
     end function qsmpm_set_start_time
 
-    !> Gravity at the end of the coming stage (3).
+    !> Sets gravity (3) at the end of the next stage.
     integer(c_int) function qsmpm_set_gravity(handle, vector) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), intent(in) :: vector(*)
     end function qsmpm_set_gravity
 
-    !> Traction at the end of the coming stage (3).
+    !> Sets the dead traction (3) on a surface at the end of the next stage.
     integer(c_int) function qsmpm_set_traction(handle, surface, vector) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -283,7 +283,7 @@ module qsmpm_c
       real(c_double), intent(in) :: vector(*)
     end function qsmpm_set_traction
 
-    !> Pressure at the end of the coming stage.
+    !> Sets the pressure on a surface at the end of the next stage.
     integer(c_int) function qsmpm_set_pressure(handle, surface, pressure) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -291,7 +291,7 @@ module qsmpm_c
       real(c_double), value :: pressure
     end function qsmpm_set_pressure
 
-    !> Level of water at the end of the coming stage, by the set of its row or its body.
+    !> Sets a water level at the end of the next stage, identified by its node set, surface or body.
     integer(c_int) function qsmpm_set_water_level(handle, name, level) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -299,7 +299,7 @@ module qsmpm_c
       real(c_double), value :: level
     end function qsmpm_set_water_level
 
-    !> Displacement of a node set over the coming stage.
+    !> Sets the displacement of a node set over the next stage.
     integer(c_int) function qsmpm_set_displacement(handle, set, component, value) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -308,7 +308,7 @@ module qsmpm_c
       real(c_double), value :: value
     end function qsmpm_set_displacement
 
-    !> Held components of a node set from the coming stage on (3).
+    !> Sets the fixed components (3) of a node set from the next stage on.
     integer(c_int) function qsmpm_set_fixity(handle, set, fixed) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -316,7 +316,7 @@ module qsmpm_c
       integer(c_int), intent(in) :: fixed(*)
     end function qsmpm_set_fixity
 
-    !> Components and number of values.
+    !> Returns the number of components and the number of values of a name.
     integer(c_int) function qsmpm_shape(handle, name, rows, columns) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -325,7 +325,7 @@ module qsmpm_c
       integer(c_int), intent(out) :: columns
     end function qsmpm_shape
 
-    !> How many numbers the values are.
+    !> Returns the size of the values of a name: components times number of values.
     integer(c_int) function qsmpm_count(handle, name, number) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -333,7 +333,7 @@ module qsmpm_c
       integer(c_int), intent(out) :: number
     end function qsmpm_count
 
-    !> Copy values.
+    !> Copies the values of a name to an array.
     integer(c_int) function qsmpm_get(handle, name, values, number) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -342,7 +342,7 @@ module qsmpm_c
       integer(c_int), value :: number
     end function qsmpm_get
 
-    !> Set values.
+    !> Sets the values of a name.
     integer(c_int) function qsmpm_set(handle, name, values, number) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -351,7 +351,7 @@ module qsmpm_c
       integer(c_int), value :: number
     end function qsmpm_set
 
-    !> Where values lie in memory.
+    !> Returns the address of values in memory.
     integer(c_int) function qsmpm_view(handle, name, values, rows, columns) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
@@ -361,7 +361,7 @@ module qsmpm_c
       integer(c_int), intent(out) :: columns
     end function qsmpm_view
 
-    !> Name of one of a kind; its length, -1 for none.
+    !> Returns the name of an item of a kind; the result is its length, -1 if there is none.
     integer(c_int) function qsmpm_name(handle, kind, number, buffer, size) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle

@@ -1,8 +1,8 @@
-!> For programs of the old kind: external subroutines with integers, reals and strings as arguments, no modules and
-!> no pointers. Compile qsmpm_c.f90 and this file with the program, with the program's compiler, and link the library.
+!> Interface for Fortran 77 programs: external subroutines with integers, reals and strings as arguments, without
+!> modules or pointers. Compile qsmpm_c.f90 and this file with the compiler of the program and link the library.
 !>
-!> A handle is an INTEGER*8, set by QSMNEW or QSMOPN, given back by QSMEND. IERR is the status of qsmpm.h; QSMERR has
-!> the sentence. Names and paths may have trailing blanks.
+!> A handle is an INTEGER*8, set by QSMNEW or QSMOPN and freed by QSMEND. IERR is the status defined in qsmpm.h; QSMERR
+!> returns the message. Names and paths may have trailing blanks.
 module qsmpm_f77_handles
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funloc, c_int, c_intptr_t, c_loc, &
     c_null_char, c_null_ptr, c_ptr
@@ -11,43 +11,43 @@ module qsmpm_f77_handles
   private
 
   public :: analysis_type, law_type, find, pointer_of, number_of, as_c, as_text, start, update, hear
-  !> Kinds and addresses of C, for the subroutines below.
+  !> C kinds and addresses for the subroutines below.
   public :: c_char, c_double, c_funloc, c_int, c_intptr_t, c_loc
 
   abstract interface
-    !> A law of the program: one step of one point. Stress and state of the start in, of the end out; six components
-    !> 11, 22, 33, 12, 13, 23, tension positive, shear gamma.
+    !> User-defined law: updates one point for one step. Stress and state are those of the start on entry and of the
+    !> end on return; six components 11, 22, 33, 12, 13, 23, tension positive, shear gamma.
     subroutine law_interface(stress, state, dstran, tangnt, nstate, info, rinfo, istat, messge)
       double precision, intent(inout) :: stress(6), state(*)
-      !> Strain of the step.
+      !> Strain increment of the step.
       double precision, intent(in) :: dstran(6)
       !> d stress(i) / d strain(j).
       double precision, intent(inout) :: tangnt(6, 6)
-      !> State variables; phase, step, point, cell, 1 where the tangent is read, 1 where it may be the elastic one.
+      !> Number of state variables; phase, step, point, cell, 1 if the tangent is used, 1 if it may be the elastic one.
       integer, intent(in) :: nstate, info(6)
-      !> Share of the phase at the start and of the step, time at the start and of the step, place (3), cell size,
-      !> share of the step that is to be tried with ISTAT = 1.
+      !> Load fraction of the phase at the start and its increment, time at the start and its increment, location (3),
+      !> cell size, fraction of the step to try next with ISTAT = 1.
       double precision, intent(inout) :: rinfo(9)
-      !> 0 done, 1 the step is too long, 2 failed, 3 failed and a shorter step does not help.
+      !> 0 updated, 1 the step is too large, 2 failed, 3 failed and a smaller step does not help.
       integer, intent(inout) :: istat
-      !> Why, where ISTAT is not 0.
+      !> Reason, where ISTAT is not 0.
       character(len=*), intent(inout) :: messge
     end subroutine law_interface
 
-    !> Hear a sentence.
+    !> Receives a message.
     subroutine logger_interface(text)
       character(len=*), intent(in) :: text
     end subroutine logger_interface
   end interface
 
-  !> What a material's law is.
+  !> User-defined law of a material.
   type :: law_type
     procedure(law_interface), pointer, nopass :: law => null()
     integer :: states = 0
     type(law_type), pointer :: next => null()
   end type law_type
 
-  !> What a handle stands for: the one of the library, and what its callbacks are given.
+  !> Data of a handle: the handle of the library and the data of its callbacks.
   type :: analysis_type
     type(c_ptr) :: pointer = c_null_ptr
     type(law_type), pointer :: laws => null()
@@ -56,7 +56,7 @@ module qsmpm_f77_handles
 
 contains
 
-  !> What a handle stands for, null for 0.
+  !> Returns the data of a handle, null for 0.
   subroutine find(number, analysis)
     integer(c_intptr_t), intent(in) :: number
     type(analysis_type), pointer, intent(out) :: analysis
@@ -68,7 +68,7 @@ contains
     call c_f_pointer(address, analysis)
   end subroutine find
 
-  !> The handle as the library knows it.
+  !> Returns the handle of the library.
   type(c_ptr) function pointer_of(number) result(pointer)
     integer(c_intptr_t), intent(in) :: number
     type(analysis_type), pointer :: analysis
@@ -78,14 +78,14 @@ contains
     if (associated(analysis)) pointer = analysis%pointer
   end function pointer_of
 
-  !> The handle of an analysis.
+  !> Returns the handle of an analysis.
   integer(c_intptr_t) function number_of(analysis) result(number)
     type(analysis_type), pointer, intent(in) :: analysis
 
     number = transfer(c_loc(analysis), number)
   end function number_of
 
-  !> The text without trailing blanks, ended as C wants it.
+  !> Returns the text without trailing blanks and with a null character.
   pure function as_c(text) result(string)
     character(len=*), intent(in) :: text
     character(len=len_trim(text) + 1) :: string
@@ -93,10 +93,10 @@ contains
     string = trim(text)//c_null_char
   end function as_c
 
-  !> The text of a buffer of C, with trailing blanks.
+  !> Copies the text of a C buffer to a text with trailing blanks.
   subroutine as_text(buffer, length, text)
     character(kind=c_char), intent(in) :: buffer(*)
-    !> Of the text in the buffer.
+    !> Length of the text in the buffer.
     integer, intent(in) :: length
     character(len=*), intent(out) :: text
     integer :: i
@@ -107,7 +107,7 @@ contains
     end do
   end subroutine as_text
 
-  !> States of the program's laws start at zero.
+  !> Sets the state variables of user-defined laws to zero at the start.
   subroutine start(user, stress, state) bind(c)
     type(c_ptr), value :: user
     real(c_double), intent(in) :: stress(6)
@@ -118,7 +118,7 @@ contains
     state(:own%states) = 0.0_c_double
   end subroutine start
 
-  !> Call a law of the program.
+  !> Calls a user-defined law.
   integer(c_int) function update(user, increment, stress, state, answer) bind(c) result(status)
     type(c_ptr), value :: user
     type(qsmpm_increment), intent(in) :: increment
@@ -147,7 +147,7 @@ contains
     status = int(outcome, c_int)
   end function update
 
-  !> Tell the program's procedure a sentence.
+  !> Passes a message to the procedure of the program.
   subroutine hear(user, text) bind(c)
     type(c_ptr), value :: user
     character(kind=c_char), intent(in) :: text(*)
@@ -166,7 +166,7 @@ contains
   end subroutine hear
 end module qsmpm_f77_handles
 
-!> A handle for the deck in a file; the model is made.
+!> Creates a handle for the deck in a file and builds the model.
 subroutine qsmnew(handle, deck, ierr)
   use, intrinsic :: iso_c_binding, only: c_intptr_t
   implicit none
@@ -178,7 +178,8 @@ subroutine qsmnew(handle, deck, ierr)
   if (ierr == 0) call qsmini(handle, ierr)
 end subroutine qsmnew
 
-!> A handle for the deck in a file, whose model is not made yet: materials may be given laws (QSMMAT), then QSMINI.
+!> Creates a handle for the deck in a file without building the model: materials may be assigned laws (QSMMAT) before
+!> QSMINI.
 subroutine qsmopn(handle, deck, ierr)
   use qsmpm_c, only: qsmpm_create, qsmpm_read_deck
   use qsmpm_f77_handles, only: analysis_type, as_c, number_of, c_intptr_t
@@ -199,7 +200,7 @@ subroutine qsmopn(handle, deck, ierr)
   ierr = int(qsmpm_read_deck(analysis%pointer, as_c(deck)))
 end subroutine qsmopn
 
-!> Give a handle back.
+!> Frees a handle.
 subroutine qsmend(handle)
   use qsmpm_c, only: qsmpm_destroy
   use qsmpm_f77_handles, only: analysis_type, law_type, find, c_intptr_t
@@ -221,7 +222,7 @@ subroutine qsmend(handle)
   deallocate (analysis)
 end subroutine qsmend
 
-!> Sentence of the last failure.
+!> Returns the message of the last failure.
 subroutine qsmerr(handle, text)
   use qsmpm_c, only: qsmpm_error
   use qsmpm_f77_handles, only: as_text, pointer_of, c_char, c_int, c_intptr_t
@@ -235,7 +236,7 @@ subroutine qsmerr(handle, text)
   call as_text(buffer, length, text)
 end subroutine qsmerr
 
-!> What the reader of the deck had to say, its lines ended by CHAR(10); LENGTH is the length of all of it.
+!> Returns the messages of the deck reader, lines ended by CHAR(10); LENGTH is the length of the complete text.
 subroutine qsmmsg(handle, text, length)
   use qsmpm_c, only: qsmpm_messages
   use qsmpm_f77_handles, only: as_text, pointer_of, c_char, c_int, c_intptr_t
@@ -249,7 +250,7 @@ subroutine qsmmsg(handle, text, length)
   call as_text(buffer, length, text)
 end subroutine qsmmsg
 
-!> A subroutine LOGGER(TEXT) that hears sentences (LEVEL 1), a line for every step too (LEVEL 2), nothing (LEVEL 0).
+!> Sets a subroutine LOGGER(TEXT) that receives nothing (LEVEL 0), messages (1), or also a line for every step (2).
 subroutine qsmlog(handle, logger, level, ierr)
   use qsmpm_c, only: qsmpm_set_logger, qsmpm_set_verbosity, qsmpm_no_handle
   use qsmpm_f77_handles, only: analysis_type, find, hear, c_funloc, c_int, c_intptr_t, c_loc
@@ -268,10 +269,11 @@ subroutine qsmlog(handle, logger, level, ierr)
   if (ierr == 0) ierr = int(qsmpm_set_verbosity(analysis%pointer, int(level, c_int)))
 end subroutine qsmlog
 
-!> A law of the program for a material of the deck, between QSMOPN and QSMINI, with NSTATE state variables that start at
-!> zero. YOUNG and SHEAR are the scales of its stiffness; ISYMM is not 0 where its tangent is symmetric for every state.
+!> Assigns a user-defined law to a material of the deck, between QSMOPN and QSMINI, with NSTATE state variables that
+!> are zero at the start. YOUNG and SHEAR are the scales of its stiffness; ISYMM is nonzero if its tangent is always
+!> symmetric.
 !>     SUBROUTINE LAW(STRESS, STATE, DSTRAN, TANGNT, NSTATE, INFO, RINFO, ISTAT, MESSGE)
-!> is one step of one point; module qsmpm_f77_handles says what each argument is.
+!> updates one point for one step; module qsmpm_f77_handles describes its arguments.
 subroutine qsmmat(handle, name, law, nstate, isymm, young, shear, ierr)
   use qsmpm_c, only: qsmpm_model_options, qsmpm_set_material, qsmpm_no_handle
   use qsmpm_f77_handles, only: analysis_type, law_type, as_c, find, start, update, c_double, c_funloc, c_int, &
@@ -302,7 +304,7 @@ subroutine qsmmat(handle, name, law, nstate, isymm, young, shear, ierr)
   ierr = int(qsmpm_set_material(analysis%pointer, as_c(name), options, c_funloc(start), c_funloc(update), c_loc(own)))
 end subroutine qsmmat
 
-!> Whether the last stage has ended: IDONE is 1, else 0.
+!> Returns whether the last stage has ended: IDONE is 1, otherwise 0.
 subroutine qsmfin(handle, idone)
   use qsmpm_c, only: qsmpm_finished
   use qsmpm_f77_handles, only: pointer_of, c_intptr_t
@@ -313,7 +315,7 @@ subroutine qsmfin(handle, idone)
   idone = int(qsmpm_finished(pointer_of(handle)))
 end subroutine qsmfin
 
-!> Make the model of a deck that QSMOPN has read.
+!> Builds the model of a deck that QSMOPN has read.
 subroutine qsmini(handle, ierr)
   use qsmpm_c, only: qsmpm_initialise
   use qsmpm_f77_handles, only: pointer_of, c_intptr_t
@@ -324,7 +326,7 @@ subroutine qsmini(handle, ierr)
   ierr = int(qsmpm_initialise(pointer_of(handle)))
 end subroutine qsmini
 
-!> Threads that the analysis may use.
+!> Sets the number of threads of the analysis.
 subroutine qsmthr(handle, nthrds, ierr)
   use qsmpm_c, only: qsmpm_set_threads
   use qsmpm_f77_handles, only: pointer_of, c_int, c_intptr_t
@@ -336,7 +338,7 @@ subroutine qsmthr(handle, nthrds, ierr)
   ierr = int(qsmpm_set_threads(pointer_of(handle), int(nthrds, c_int)))
 end subroutine qsmthr
 
-!> Write results to a directory.
+!> Starts to write results to a directory.
 subroutine qsmrec(handle, path, ierr)
   use qsmpm_c, only: qsmpm_record
   use qsmpm_f77_handles, only: as_c, pointer_of, c_intptr_t
@@ -348,7 +350,7 @@ subroutine qsmrec(handle, path, ierr)
   ierr = int(qsmpm_record(pointer_of(handle), as_c(path)))
 end subroutine qsmrec
 
-!> Close the results that are written.
+!> Closes the result files.
 subroutine qsmcls(handle, ierr)
   use qsmpm_c, only: qsmpm_finish_record
   use qsmpm_f77_handles, only: pointer_of, c_intptr_t
@@ -359,7 +361,7 @@ subroutine qsmcls(handle, ierr)
   ierr = int(qsmpm_finish_record(pointer_of(handle)))
 end subroutine qsmcls
 
-!> One accepted load step.
+!> Computes one accepted load step.
 subroutine qsmadv(handle, ierr)
   use qsmpm_c, only: qsmpm_advance
   use qsmpm_f77_handles, only: pointer_of, c_intptr_t
@@ -370,7 +372,7 @@ subroutine qsmadv(handle, ierr)
   ierr = int(qsmpm_advance(pointer_of(handle)))
 end subroutine qsmadv
 
-!> Step to a share of the present stage, of the coming one between stages.
+!> Steps to a load fraction of the current stage, or of the next stage when between stages.
 subroutine qsmadt(handle, share, ierr)
   use qsmpm_c, only: qsmpm_advance_to
   use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
@@ -382,7 +384,7 @@ subroutine qsmadt(handle, share, ierr)
   ierr = int(qsmpm_advance_to(pointer_of(handle), real(share, c_double)))
 end subroutine qsmadt
 
-!> All stages that are to come.
+!> Steps to the end of the last stage.
 subroutine qsmrun(handle, ierr)
   use qsmpm_c, only: qsmpm_run
   use qsmpm_f77_handles, only: pointer_of, c_intptr_t
@@ -393,7 +395,7 @@ subroutine qsmrun(handle, ierr)
   ierr = int(qsmpm_run(pointer_of(handle)))
 end subroutine qsmrun
 
-!> Write the state to a file.
+!> Writes the state to a file.
 subroutine qsmwrt(handle, path, ierr)
   use qsmpm_c, only: qsmpm_save
   use qsmpm_f77_handles, only: as_c, pointer_of, c_intptr_t
@@ -405,7 +407,7 @@ subroutine qsmwrt(handle, path, ierr)
   ierr = int(qsmpm_save(pointer_of(handle), as_c(path)))
 end subroutine qsmwrt
 
-!> Read a state back that was written with the same deck and stages.
+!> Reads a state that was written with the same deck and stages.
 subroutine qsmred(handle, path, ierr)
   use qsmpm_c, only: qsmpm_load
   use qsmpm_f77_handles, only: as_c, pointer_of, c_intptr_t
@@ -417,7 +419,7 @@ subroutine qsmred(handle, path, ierr)
   ierr = int(qsmpm_load(pointer_of(handle), as_c(path)))
 end subroutine qsmred
 
-!> A new stage of some load steps.
+!> Appends a stage with an initial number of load steps.
 subroutine qsmstg(handle, name, nsteps, ierr)
   use qsmpm_c, only: qsmpm_add_stage
   use qsmpm_f77_handles, only: as_c, pointer_of, c_int, c_intptr_t
@@ -430,7 +432,7 @@ subroutine qsmstg(handle, name, nsteps, ierr)
   ierr = int(qsmpm_add_stage(pointer_of(handle), as_c(name), int(nsteps, c_int)))
 end subroutine qsmstg
 
-!> End the present stage where it stands.
+!> Ends the current stage at its current load.
 subroutine qsmest(handle, ierr)
   use qsmpm_c, only: qsmpm_end_stage
   use qsmpm_f77_handles, only: pointer_of, c_intptr_t
@@ -441,7 +443,7 @@ subroutine qsmest(handle, ierr)
   ierr = int(qsmpm_end_stage(pointer_of(handle)))
 end subroutine qsmest
 
-!> Load factor at the end of the coming stage.
+!> Sets the load factor at the end of the next stage.
 subroutine qsmldf(handle, factor, ierr)
   use qsmpm_c, only: qsmpm_set_load_factor
   use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
@@ -453,7 +455,7 @@ subroutine qsmldf(handle, factor, ierr)
   ierr = int(qsmpm_set_load_factor(pointer_of(handle), real(factor, c_double)))
 end subroutine qsmldf
 
-!> Load steps that the coming stage is first cut into.
+!> Sets the initial number of load steps of the next stage.
 subroutine qsmstp(handle, nsteps, ierr)
   use qsmpm_c, only: qsmpm_set_steps
   use qsmpm_f77_handles, only: pointer_of, c_int, c_intptr_t
@@ -465,7 +467,7 @@ subroutine qsmstp(handle, nsteps, ierr)
   ierr = int(qsmpm_set_steps(pointer_of(handle), int(nsteps, c_int)))
 end subroutine qsmstp
 
-!> How long the coming stage lasts.
+!> Sets the duration of the next stage.
 subroutine qsmtim(handle, time, ierr)
   use qsmpm_c, only: qsmpm_set_time
   use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
@@ -477,7 +479,7 @@ subroutine qsmtim(handle, time, ierr)
   ierr = int(qsmpm_set_time(pointer_of(handle), real(time, c_double)))
 end subroutine qsmtim
 
-!> Time at the start of the coming stage.
+!> Sets the time at the start of the next stage.
 subroutine qsmtst(handle, time, ierr)
   use qsmpm_c, only: qsmpm_set_start_time
   use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
@@ -489,7 +491,7 @@ subroutine qsmtst(handle, time, ierr)
   ierr = int(qsmpm_set_start_time(pointer_of(handle), real(time, c_double)))
 end subroutine qsmtst
 
-!> Gravity at the end of the coming stage.
+!> Sets gravity at the end of the next stage.
 subroutine qsmgrv(handle, gx, gy, gz, ierr)
   use qsmpm_c, only: qsmpm_set_gravity
   use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
@@ -501,7 +503,7 @@ subroutine qsmgrv(handle, gx, gy, gz, ierr)
   ierr = int(qsmpm_set_gravity(pointer_of(handle), real([gx, gy, gz], c_double)))
 end subroutine qsmgrv
 
-!> Traction on a surface at the end of the coming stage.
+!> Sets the dead traction on a surface at the end of the next stage.
 subroutine qsmtrc(handle, surfac, tx, ty, tz, ierr)
   use qsmpm_c, only: qsmpm_set_traction
   use qsmpm_f77_handles, only: as_c, pointer_of, c_double, c_intptr_t
@@ -514,7 +516,7 @@ subroutine qsmtrc(handle, surfac, tx, ty, tz, ierr)
   ierr = int(qsmpm_set_traction(pointer_of(handle), as_c(surfac), real([tx, ty, tz], c_double)))
 end subroutine qsmtrc
 
-!> Pressure on a surface at the end of the coming stage.
+!> Sets the pressure on a surface at the end of the next stage.
 subroutine qsmprs(handle, surfac, press, ierr)
   use qsmpm_c, only: qsmpm_set_pressure
   use qsmpm_f77_handles, only: as_c, pointer_of, c_double, c_intptr_t
@@ -527,7 +529,7 @@ subroutine qsmprs(handle, surfac, press, ierr)
   ierr = int(qsmpm_set_pressure(pointer_of(handle), as_c(surfac), real(press, c_double)))
 end subroutine qsmprs
 
-!> Level of water at the end of the coming stage, by the set of its row or its body.
+!> Sets a water level at the end of the next stage, identified by its node set, surface or body.
 subroutine qsmwtr(handle, name, level, ierr)
   use qsmpm_c, only: qsmpm_set_water_level
   use qsmpm_f77_handles, only: as_c, pointer_of, c_double, c_intptr_t
@@ -540,7 +542,7 @@ subroutine qsmwtr(handle, name, level, ierr)
   ierr = int(qsmpm_set_water_level(pointer_of(handle), as_c(name), real(level, c_double)))
 end subroutine qsmwtr
 
-!> Displacement of a node set over the coming stage; component from 1.
+!> Sets the displacement of a node set over the next stage; components are numbered from 1.
 subroutine qsmdsp(handle, set, icomp, value, ierr)
   use qsmpm_c, only: qsmpm_set_displacement
   use qsmpm_f77_handles, only: as_c, pointer_of, c_double, c_int, c_intptr_t
@@ -554,7 +556,7 @@ subroutine qsmdsp(handle, set, icomp, value, ierr)
   ierr = int(qsmpm_set_displacement(pointer_of(handle), as_c(set), int(icomp, c_int), real(value, c_double)))
 end subroutine qsmdsp
 
-!> Components of a node set that are held (not 0) from the coming stage on; none frees it.
+!> Sets the fixed components (nonzero) of a node set from the next stage on; none releases it.
 subroutine qsmfix(handle, set, ix, iy, iz, ierr)
   use qsmpm_c, only: qsmpm_set_fixity
   use qsmpm_f77_handles, only: as_c, pointer_of, c_int, c_intptr_t
@@ -567,7 +569,7 @@ subroutine qsmfix(handle, set, ix, iy, iz, ierr)
   ierr = int(qsmpm_set_fixity(pointer_of(handle), as_c(set), int([ix, iy, iz], c_int)))
 end subroutine qsmfix
 
-!> Add materials and phases to the scene: N lines of a deck, *MATERIAL and *PHASE with what belongs to them.
+!> Adds materials and phases to the scene: N lines of a deck with *MATERIAL and *PHASE blocks.
 subroutine qsmadd(handle, cards, n, ierr)
   use qsmpm_c, only: qsmpm_add_cards
   use qsmpm_f77_handles, only: as_c, pointer_of, c_intptr_t
@@ -586,7 +588,7 @@ subroutine qsmadd(handle, cards, n, ierr)
   ierr = int(qsmpm_add_cards(pointer_of(handle), as_c(text)))
 end subroutine qsmadd
 
-!> Values by name into an array of N numbers; N is how many there are on return.
+!> Copies values by name to an array of N numbers; on return N is the number of values.
 subroutine qsmget(handle, name, values, n, ierr)
   use qsmpm_c, only: qsmpm_count, qsmpm_get
   use qsmpm_f77_handles, only: as_c, pointer_of, c_int, c_intptr_t
@@ -604,7 +606,7 @@ subroutine qsmget(handle, name, values, n, ierr)
   n = int(number)
 end subroutine qsmget
 
-!> Set values by name: N numbers for point_stress, point_state or point_force.
+!> Sets values by name: N numbers for point_stress, point_state or point_force.
 subroutine qsmput(handle, name, values, n, ierr)
   use qsmpm_c, only: qsmpm_set
   use qsmpm_f77_handles, only: as_c, pointer_of, c_int, c_intptr_t
@@ -618,8 +620,8 @@ subroutine qsmput(handle, name, values, n, ierr)
   ierr = int(qsmpm_set(pointer_of(handle), as_c(name), values, int(n, c_int)))
 end subroutine qsmput
 
-!> Name of number NUMBER (from 1) of a kind: value, history, stage, surface, set, material or body; LENGTH is -1 where
-!> there is none.
+!> Returns the name of item NUMBER (from 1) of a kind: value, history, stage, surface, set, material or body; LENGTH is
+!> -1 if there is none.
 subroutine qsmnam(handle, kind, number, name, length)
   use qsmpm_c, only: qsmpm_name
   use qsmpm_f77_handles, only: as_c, as_text, pointer_of, c_char, c_int, c_intptr_t
@@ -635,7 +637,7 @@ subroutine qsmnam(handle, kind, number, name, length)
   call as_text(buffer, length, name)
 end subroutine qsmnam
 
-!> Copy the state in memory (ISAVE = 1), or put the copy back (ISAVE = 0).
+!> Stores a copy of the state in memory (ISAVE = 1) or restores it (ISAVE = 0).
 subroutine qsmsav(handle, isave, ierr)
   use qsmpm_c, only: qsmpm_checkpoint, qsmpm_restore_checkpoint
   use qsmpm_f77_handles, only: pointer_of, c_intptr_t
@@ -651,7 +653,7 @@ subroutine qsmsav(handle, isave, ierr)
   end if
 end subroutine qsmsav
 
-!> Name, version and make of the library.
+!> Returns name, version and build options of the library.
 subroutine qsmver(text)
   use qsmpm_c, only: qsmpm_version
   use qsmpm_f77_handles, only: as_text, c_char, c_int

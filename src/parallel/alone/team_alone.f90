@@ -1,4 +1,4 @@
-!> The team of a process alone: what it has is all there is.
+!> Team of a single process: values of this process are those of the team.
 submodule (qsmpm_team) team_alone
   implicit none
 

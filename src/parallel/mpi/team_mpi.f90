@@ -1,4 +1,4 @@
-!> The team of the processes that mpirun started. A program that was started without it is a team of one.
+!> Team of the processes started by mpirun. A program started without it is a team of one process.
 submodule (qsmpm_team) team_mpi
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use mpi_f08, only: mpi_comm, mpi_comm_world, mpi_comm_self, mpi_thread_funneled, mpi_double_precision, &
@@ -60,7 +60,7 @@ contains
     whole = sum(parts)
   end procedure total_long
 
-  ! Whole numbers, and extremes, are the same in whatever order they are taken.
+  ! Integer sums and extremes do not depend on the order.
   module procedure total_longs
     integer(long) :: own(size(x))
 
@@ -121,10 +121,10 @@ contains
       first_theirs(2:) - first_theirs(:team%ranks), first_theirs(:team%ranks) - 1, mpi_integer8, mpi_comm(team%handle))
   end procedure hand_over_longs
 
-  !> The parts of all ranks, one column each.
+  !> Gathers the parts of all ranks, one per column.
   subroutine gather(team, x, parts)
     type(team_type), intent(in) :: team
-    !> Part of this rank.
+    !> Values of this rank.
     real(wp), intent(in) :: x(:)
     real(wp), contiguous, intent(out) :: parts(:, :)
     real(wp) :: own(size(x))
@@ -138,7 +138,7 @@ contains
     end if
   end subroutine gather
 
-  !> MPI was started and not yet ended.
+  !> Returns whether MPI has been initialised and not finalised.
   logical function is_running()
     logical :: started, ended
 
@@ -147,7 +147,7 @@ contains
     is_running = started .and. .not. ended
   end function is_running
 
-  !> Where the rows of all processes begin, by the length of that of this one.
+  !> Finds the start of the rows of all processes from the length of the row of this one.
   subroutine find_first(team, length, first)
     type(team_type), intent(in) :: team
     integer, intent(in) :: length
@@ -158,10 +158,10 @@ contains
     first = beginnings(lengths)
   end subroutine find_first
 
-  !> Where the rows that come from the processes begin.
+  !> Finds the start of the rows received from the processes.
   subroutine find_first_theirs(team, first, first_theirs)
     type(team_type), intent(in) :: team
-    !> Where those that go begin.
+    !> Start of the rows sent.
     integer, intent(in) :: first(:)
     integer, allocatable, intent(out) :: first_theirs(:)
     integer, dimension(team%ranks) :: mine, theirs
@@ -171,7 +171,7 @@ contains
     first_theirs = beginnings(theirs)
   end subroutine find_first_theirs
 
-  !> Where rows begin that stand behind one another, and where the last one has ended.
+  !> Returns the start of consecutive rows, and the end of the last one plus one.
   pure function beginnings(lengths) result(first)
     integer, intent(in) :: lengths(:)
     integer :: first(size(lengths) + 1)

@@ -1,4 +1,4 @@
-!> PETSc in a program without it: every call fails and says which program has it.
+!> PETSc in a program without it: every call fails and its message names the program that has it.
 submodule (qsmpm_petsc_solver) petsc_absent
   use qsmpm_error, only: fail, error_other
   implicit none

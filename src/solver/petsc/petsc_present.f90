@@ -1,4 +1,4 @@
-!> The work of the PETSc solver, through `petsc_shim.c`.
+!> Implementation of the PETSc solver through `petsc_shim.c`.
 submodule (qsmpm_petsc_solver) petsc_present
   use, intrinsic :: iso_c_binding, only: c_associated
   use qsmpm_kinds, only: long
@@ -7,10 +7,11 @@ submodule (qsmpm_petsc_solver) petsc_present
   use qsmpm_team, only: solo_communicator
   implicit none
 
-  !> Factor by which the true residual may be larger than the one asked for.
+  !> Factor by which the true residual may exceed the requested one.
   real(wp), parameter :: drift = 10.0_wp
 
-  !> Sweeps that cost about as much as to set the multigrid up, and more sweeps than with a new one for which that pays.
+  !> Number of sweeps with the cost of a multigrid setup; number of additional sweeps for which a new setup is
+  !> economical.
   integer, parameter :: set_up_sweeps = 12, worth_sweeps = 4
 
   interface
@@ -123,12 +124,12 @@ contains
     if (status /= 0) call library_error(status, error)
   end procedure analyse_pattern
 
-  !> Rows that no equation has.
+  !> Lists the rows without an equation.
   pure subroutine list_empty(taken, first, rows, empty)
-    !> Rows of the equations, and the first row of this rank, from 0.
+    !> Rows of the equations; first row of this rank, from 0.
     integer(c_int), intent(in) :: taken(:)
     integer, intent(in) :: first
-    !> Rows of this rank.
+    !> Number of rows of this rank.
     integer, intent(in) :: rows
     integer(c_int), allocatable, intent(out) :: empty(:)
     logical :: free(rows)
@@ -199,10 +200,10 @@ contains
     end if
   end procedure solve_factorised
 
-  !> Iterate with the multigrid that there is, from zero.
+  !> Iterates with the existing multigrid from zero.
   subroutine sweep(self, most, solved, status)
     type(petsc_solver_type), intent(inout) :: self
-    !> Sweeps allowed.
+    !> Maximum number of sweeps.
     integer, intent(in) :: most
     logical, intent(out) :: solved
     integer(c_int), intent(out) :: status
@@ -228,7 +229,7 @@ contains
     if (allocated(self%b)) deallocate (self%b, self%y)
   end procedure release
 
-  !> A failure of the library as an error.
+  !> Converts a failure of the library to an error.
   subroutine library_error(status, error)
     integer(c_int), intent(in) :: status
     type(error_type), allocatable, intent(out) :: error

@@ -1,8 +1,8 @@
-/* PETSc behind one opaque handle: a matrix in rows spread over the ranks of a communicator, and a Krylov method with a
- * preconditioner for it. Rows and columns count from 0 through all ranks.
+/* PETSc with an opaque handle: a matrix with rows distributed over the ranks of a communicator, and a preconditioned
+ * Krylov method. Rows and columns are numbered globally from 0.
  *
- * PETSc is started when it is first wanted and ends as MPI does. It installs no signal handler, reads neither .petscrc
- * nor PETSC_OPTIONS (settings are those of this file), and reports errors by what its functions return, never on the
+ * PETSc is started at its first use and finalised with MPI. It installs no signal handler, reads neither .petscrc
+ * nor PETSC_OPTIONS (settings are those of this file), and reports errors by return values, never on the
  * screen. */
 #define _DEFAULT_SOURCE
 #include <stdlib.h>
@@ -27,7 +27,7 @@ int qsmpm_petsc_solve(qsmpm_petsc *self, const double *rhs, double tolerance, in
 void qsmpm_petsc_forget(qsmpm_petsc *self);
 void qsmpm_petsc_free(qsmpm_petsc *self);
 
-/* What the solver is made of; reasons and measurements stand in docs/distributed.md. */
+/* Settings of the solver; docs/distributed.md has the reasons and measurements. */
 static const char *settings[][2] = {
     {"-qsmpm_ksp_type", "fgmres"},
     {"-qsmpm_ksp_gmres_restart", "60"},
@@ -38,10 +38,10 @@ static const char *settings[][2] = {
     {"-qsmpm_mg_levels_pc_type", "jacobi"},
     {"-qsmpm_mg_coarse_sub_pc_factor_shift_type", "nonzero"},
 };
-/* On many ranks: the product of the coarse levels that adds in one order and is fast. The library knows it by no prefix. */
+/* On many ranks: the product of the coarse levels that sums in a fixed order and is fast. The option has no prefix. */
 static const char *product[] = {"-matptap_via", "backend"};
 
-/* Called by MPI_Finalize, which deletes what hangs on the communicator of the process alone before it ends anything. */
+/* Called by MPI_Finalize, which first deletes the attributes of MPI_COMM_SELF. */
 static int finish(MPI_Comm comm, int key, void *value, void *extra)
 {
     (void)comm;
@@ -52,7 +52,7 @@ static int finish(MPI_Comm comm, int key, void *value, void *extra)
     return MPI_SUCCESS;
 }
 
-/* Start PETSc; 0 when it runs. */
+/* Starts PETSc; returns 0 on success. */
 static PetscErrorCode start(void)
 {
     char name[] = "qsmpm", *words[] = {name, "-skip_petscrc", "-no_signal_handler", "-options_left", "no", NULL};
@@ -101,7 +101,7 @@ static PetscErrorCode make(qsmpm_petsc *self, MPI_Comm comm, PetscInt block, con
     return 0;
 }
 
-/* A solver without a past: to reset one leaves more of it than a run can know that is continued from a file. */
+/* Creates a new solver: a reset would retain data that a run continued from a file does not have. */
 static PetscErrorCode renew(qsmpm_petsc *self)
 {
     PetscCall(KSPDestroy(&self->solver));
@@ -111,7 +111,7 @@ static PetscErrorCode renew(qsmpm_petsc *self)
     return 0;
 }
 
-/* Number of the first row of this rank, which has so many; negative when PETSc does not start. */
+/* Returns the number of the first row of this rank from its number of rows; negative if PETSc does not start. */
 int qsmpm_petsc_first(int communicator, int rows)
 {
     int rank, first = 0;
@@ -122,8 +122,8 @@ int qsmpm_petsc_first(int communicator, int rows)
     return rank == 0 ? 0 : first;
 }
 
-/* A matrix without values and its solver. Each row of this rank gives the numbers of its columns that belong to rows of
- * this rank and of others. NULL when that fails. */
+/* Creates a matrix without values and its solver. For each row of this rank, own and foreign are the numbers of columns
+ * that belong to rows of this rank and of others. Returns NULL on failure. */
 qsmpm_petsc *qsmpm_petsc_make(int communicator, int block, int rows, const int *own, const int *foreign, int symmetric)
 {
     qsmpm_petsc *self;
@@ -137,13 +137,13 @@ qsmpm_petsc *qsmpm_petsc_make(int communicator, int block, int rows, const int *
     return NULL;
 }
 
-/* Values of a row of this rank. */
+/* Sets the values of a row of this rank. */
 int qsmpm_petsc_row(qsmpm_petsc *self, int row, int count, const int *columns, const double *values)
 {
     return MatSetValues(self->matrix, 1, &row, count, columns, values, INSERT_VALUES);
 }
 
-/* The motions that multigrid must be able to represent, from the places of the nodes: one a block of rows. */
+/* Sets the rigid body motions, which multigrid must represent, from the locations of the nodes: one per row block. */
 int qsmpm_petsc_rigid_motions(qsmpm_petsc *self, const double *places)
 {
     PetscScalar *values;
@@ -164,7 +164,7 @@ int qsmpm_petsc_rigid_motions(qsmpm_petsc *self, const double *places)
     return 0;
 }
 
-/* Take the values that were set. Afresh: nothing is kept of an earlier matrix; keep: its multigrid stays. */
+/* Takes the values that were set. afresh: no data of an earlier matrix are used; keep: its multigrid is retained. */
 int qsmpm_petsc_take(qsmpm_petsc *self, int afresh, int keep)
 {
     PetscCall(MatAssemblyBegin(self->matrix, MAT_FINAL_ASSEMBLY));
@@ -176,7 +176,7 @@ int qsmpm_petsc_take(qsmpm_petsc *self, int afresh, int keep)
     return 0;
 }
 
-/* Numbers stored in the matrix of this rank and its coarse levels. */
+/* Returns the number of values stored in the matrix of this rank and its coarse levels. */
 double qsmpm_petsc_size(qsmpm_petsc *self)
 {
     PetscReal nodes, numbers;
@@ -189,7 +189,7 @@ double qsmpm_petsc_size(qsmpm_petsc *self)
     return numbers * info.nz_used;
 }
 
-/* Size of b - K x relative to that of b: what the method carries along may have left it. */
+/* Computes the norm of b - K x relative to that of b, from which the recursive residual may deviate. */
 static PetscErrorCode true_residual(qsmpm_petsc *self, double *residual)
 {
     PetscReal size, rest;
@@ -216,7 +216,7 @@ static PetscErrorCode solve(qsmpm_petsc *self, const double *rhs, double toleran
     return true_residual(self, residual);
 }
 
-/* Solve to a residual relative to the right-hand side; what was reached is told, whether it is enough or not. */
+/* Solves to a residual relative to the right-hand side; returns the residual reached, sufficient or not. */
 int qsmpm_petsc_solve(qsmpm_petsc *self, const double *rhs, double tolerance, int most_sweeps, double *x, int *sweeps,
                       double *residual)
 {
@@ -230,13 +230,13 @@ int qsmpm_petsc_solve(qsmpm_petsc *self, const double *rhs, double tolerance, in
     return status;
 }
 
-/* Give the multigrid back; the next values are to be taken afresh. */
+/* Frees the multigrid; the next values must be taken afresh. */
 void qsmpm_petsc_forget(qsmpm_petsc *self)
 {
     KSPDestroy(&self->solver);
 }
 
-/* Give everything back. */
+/* Frees all data. */
 void qsmpm_petsc_free(qsmpm_petsc *self)
 {
     PetscBool over;

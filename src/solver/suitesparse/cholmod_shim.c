@@ -1,10 +1,10 @@
-/* CHOLMOD behind one opaque handle, so that cholmod_solver.f90 need not mirror its structs.
+/* CHOLMOD with an opaque handle, so that cholmod_solver.f90 need not declare its structs.
  *
  * The matrix is symmetric, in compressed columns with both triangles stored (the upper one is
- * ignored), indices from 0, in the order of elimination: CHOLMOD keeps it but for a postorder of
- * the elimination tree, which changes neither fill nor operations. The factor is always L L^T, so
+ * ignored), indices from 0, in the order of elimination: CHOLMOD keeps it except for a postorder
+ * of the elimination tree, which changes neither fill nor operations. The factor is always L L^T, so
  * that a matrix that is not positive definite is reported and not factorised. The int interface
- * holds factors of up to 2^31 entries; more is reported as CHOLMOD_TOO_LARGE. */
+ * supports factors of up to 2^31 entries; larger ones are reported as CHOLMOD_TOO_LARGE. */
 #include <stddef.h>
 #include <stdlib.h>
 #include <cholmod.h>
@@ -23,7 +23,7 @@ double qsmpm_cholmod_operations(void *handle);
 int qsmpm_cholmod_solve(void *handle, int n, double *rhs, double *x);
 void qsmpm_cholmod_free(void *handle);
 
-/* A view of the caller's arrays. */
+/* Returns a CHOLMOD matrix that refers to the caller's arrays. */
 static cholmod_sparse view(int n, int *first, int *row, double *values)
 {
   cholmod_sparse a = {0};
@@ -40,7 +40,7 @@ static cholmod_sparse view(int n, int *first, int *row, double *values)
   return a;
 }
 
-/* Analyse the pattern. A handle, or NULL and a status below CHOLMOD_OK. */
+/* Analyses the pattern. Returns a handle, or NULL and a status below CHOLMOD_OK. */
 void *qsmpm_cholmod_analyse(int n, int *first, int *row, int *status)
 {
   qsmpm_cholmod *self = calloc(1, sizeof *self);
@@ -66,7 +66,7 @@ void *qsmpm_cholmod_analyse(int n, int *first, int *row, int *status)
   return NULL;
 }
 
-/* Factorise. CHOLMOD's status; with CHOLMOD_NOT_POSDEF `failed` is the equation (from 0). */
+/* Factorises. Returns CHOLMOD's status; with CHOLMOD_NOT_POSDEF `failed` is the equation (from 0). */
 int qsmpm_cholmod_factorise(void *handle, int n, int *first, int *row, double *values, int *failed)
 {
   qsmpm_cholmod *self = handle;
@@ -78,7 +78,7 @@ int qsmpm_cholmod_factorise(void *handle, int n, int *first, int *row, double *v
   return self->common.status;
 }
 
-/* Squares of the diagonal of L, in the caller's numbering of the equations. */
+/* Returns the squares of the diagonal of L in the caller's numbering of the equations. */
 void qsmpm_cholmod_pivots(void *handle, double *pivots)
 {
   const cholmod_factor *l = ((qsmpm_cholmod *)handle)->factor;
@@ -99,20 +99,20 @@ void qsmpm_cholmod_pivots(void *handle, double *pivots)
   }
 }
 
-/* Numbers stored in the factor. */
+/* Returns the number of values stored in the factor. */
 double qsmpm_cholmod_factor_size(void *handle)
 {
   const cholmod_factor *l = ((qsmpm_cholmod *)handle)->factor;
   return l->is_super ? (double)l->xsize : (double)l->nzmax;
 }
 
-/* Floating-point operations of a factorisation with the analysed pattern. */
+/* Returns the floating-point operations of a factorisation with the analysed pattern. */
 double qsmpm_cholmod_operations(void *handle)
 {
   return ((qsmpm_cholmod *)handle)->common.fl;
 }
 
-/* Solve; the work arrays are kept for the next call. 1 when it went well. */
+/* Solves; the work arrays are retained for the next call. Returns 1 on success. */
 int qsmpm_cholmod_solve(void *handle, int n, double *rhs, double *x)
 {
   qsmpm_cholmod *self = handle;
@@ -130,7 +130,7 @@ int qsmpm_cholmod_solve(void *handle, int n, double *rhs, double *x)
   return 1;
 }
 
-/* Free everything. */
+/* Frees all data. */
 void qsmpm_cholmod_free(void *handle)
 {
   qsmpm_cholmod *self = handle;

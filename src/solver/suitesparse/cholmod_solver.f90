@@ -1,11 +1,11 @@
-!> CHOLMOD of SuiteSparse: supernodal Cholesky for symmetric positive definite matrices. A matrix
-!> that is not positive definite sets `indefinite`, so that the caller may turn to MUMPS.
+!> CHOLMOD of SuiteSparse: supernodal Cholesky for symmetric positive definite matrices. A matrix that is not positive
+!> definite sets `indefinite`, so that the caller can change to MUMPS.
 !>
-!> The equations keep the given order but for a postorder of the elimination tree. The structs of
-!> CHOLMOD stay behind `cholmod_shim.c`. CHOLMOD asks for four OpenMP threads in its supernodal loops
-!> whatever the environment says, which then spin between the loops: a factorisation is therefore run
-!> with no parallel region allowed. Its supernodal module is under the GPL (docs/licences.md);
-!> a build without SuiteSparse takes `no_suitesparse/absent_solver.f90.in` in place of this file.
+!> The equations keep the given order except for a postorder of the elimination tree. The structs of CHOLMOD are
+!> accessed in `cholmod_shim.c`. CHOLMOD requests four OpenMP threads in its supernodal loops regardless of the
+!> environment, which then wait actively between the loops: a factorisation is therefore run with parallel regions
+!> disabled. Its supernodal module is under the GPL (docs/licences.md); a build without SuiteSparse uses
+!> `no_suitesparse/absent_solver.f90.in` in place of this file.
 module qsmpm_cholmod_solver
   !$ use omp_lib, only: omp_set_max_active_levels, omp_get_max_active_levels
   use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_null_ptr, c_associated
@@ -19,11 +19,11 @@ module qsmpm_cholmod_solver
 
   public :: make_cholmod_solver
 
-  !> What CHOLMOD's status says (cholmod_core.h).
+  !> Status values of CHOLMOD (cholmod_core.h).
   integer(c_int), parameter :: status_ok = 0, status_no_memory = -2, status_too_large = -3, &
     status_not_positive = 1
 
-  !> A handle, and the pattern counted from 0.
+  !> A handle and the pattern numbered from 0.
   type, extends(linear_solver_type) :: cholmod_solver_type
     private
     type(c_ptr) :: handle = c_null_ptr
@@ -84,7 +84,7 @@ module qsmpm_cholmod_solver
 
 contains
 
-  !> A CHOLMOD solver; symmetric matrices only.
+  !> Creates a CHOLMOD solver, for symmetric matrices only.
   subroutine make_cholmod_solver(symmetric, solver)
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
@@ -94,7 +94,7 @@ contains
     solver%symmetric = .true.
   end subroutine make_cholmod_solver
 
-  !> Symbolic factorisation. The rows of a symmetric matrix are its columns.
+  !> Computes the symbolic factorisation. The rows of a symmetric matrix are its columns.
   subroutine analyse_pattern(self, matrix, error)
     class(cholmod_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -108,7 +108,7 @@ contains
     if (.not. c_associated(self%handle)) call library_error(status, error)
   end subroutine analyse_pattern
 
-  !> Numeric factorisation.
+  !> Computes the numeric factorisation.
   subroutine factorise_values(self, matrix, error)
     class(cholmod_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -136,7 +136,7 @@ contains
     end if
   end subroutine factorise_values
 
-  !> A pivot is judged against the diagonal entry it came from.
+  !> Checks a pivot relative to its diagonal entry.
   subroutine judge_pivots(self, matrix, error)
     class(cholmod_solver_type), intent(in) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -157,7 +157,7 @@ contains
     end do
   end subroutine judge_pivots
 
-  !> Forward and backward substitution.
+  !> Solves by forward and backward substitution.
   subroutine solve_factorised(self, rhs, x, error)
     class(cholmod_solver_type), intent(inout) :: self
     real(wp), intent(in) :: rhs(:)
@@ -169,7 +169,7 @@ contains
     end if
   end subroutine solve_factorised
 
-  !> Free the handle.
+  !> Frees the handle.
   subroutine release(self)
     class(cholmod_solver_type), intent(inout) :: self
 
@@ -179,9 +179,9 @@ contains
     if (allocated(self%row)) deallocate (self%row)
   end subroutine release
 
-  !> A failure of the library as an error.
+  !> Converts a failure of the library to an error.
   subroutine library_error(status, error)
-    !> CHOLMOD's status.
+    !> Status of CHOLMOD.
     integer(c_int), intent(in) :: status
     type(error_type), allocatable, intent(out) :: error
 

@@ -1,12 +1,11 @@
 !> UMFPACK of SuiteSparse: multifrontal LU of unsymmetric matrices.
 !>
-!> UMFPACK works on columns, and the compressed rows of K are the columns of its transpose: the
-!> transpose is factorised and the transposed system solved. The column order is given (the
-!> identity) and the strategy symmetric, which keeps the order but for a postorder of the
-!> elimination tree and takes diagonal pivots; only where a diagonal entry falls below a thousandth
-!> of the largest of its column is a row exchanged. Solutions are refined by up to two sweeps.
-!> UMFPACK is under the GPL (docs/licences.md); a build without SuiteSparse takes
-!> `no_suitesparse/absent_solver.f90.in` in place of this file.
+!> UMFPACK works on columns, and the compressed rows of K are the columns of its transpose: the transpose is factorised
+!> and the transposed system solved. The column order is given (the identity) and the strategy is symmetric, which
+!> keeps the order except for a postorder of the elimination tree and uses diagonal pivots; a row is exchanged only if
+!> a diagonal entry is below a thousandth of the largest of its column. Solutions are refined by up to two sweeps.
+!> UMFPACK is under the GPL (docs/licences.md); a build without SuiteSparse uses `no_suitesparse/absent_solver.f90.in`
+!> in place of this file.
 module qsmpm_umfpack_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_null_ptr, c_associated
   use qsmpm_kinds, only: wp, long
@@ -19,7 +18,7 @@ module qsmpm_umfpack_solver
 
   public :: make_umfpack_solver
 
-  !> Sizes, places (from 1) and values of umfpack.h.
+  !> Sizes, positions (from 1) and values of umfpack.h.
   integer, parameter :: control_size = 20, info_size = 90
   integer, parameter :: place_strategy = 6, place_singletons = 12
   integer, parameter :: place_flops = 43, place_lnz = 44, place_unz = 45
@@ -27,7 +26,7 @@ module qsmpm_umfpack_solver
   integer(c_int), parameter :: status_ok = 0, status_singular = 1, status_no_memory = -1
   integer(c_int), parameter :: solve_transposed = 1
 
-  !> The handles, the pattern counted from 0, and the values, which a refined solve reads again.
+  !> The handles, the pattern numbered from 0, and the values, which a refined solution reads again.
   type, extends(linear_solver_type) :: umfpack_solver_type
     private
     type(c_ptr) :: symbolic = c_null_ptr, numeric = c_null_ptr
@@ -80,7 +79,7 @@ module qsmpm_umfpack_solver
       type(c_ptr), value :: numeric
     end function umfpack_di_solve
 
-    !> Null pointers stand for the parts of the factors that are not wanted.
+    !> Null pointers are passed for the parts of the factors that are not required.
     integer(c_int) function umfpack_di_get_numeric(lp, lj, lx, up, ui, ux, row_order, &
       column_order, &
         pivots, reciprocal, scales, numeric) bind(c)
@@ -104,7 +103,7 @@ module qsmpm_umfpack_solver
 
 contains
 
-  !> An UMFPACK solver; symmetric matrices are treated as any other.
+  !> Creates an UMFPACK solver; symmetric matrices are treated as any other.
   subroutine make_umfpack_solver(symmetric, solver)
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
@@ -114,7 +113,7 @@ contains
     solver%symmetric = .false.
   end subroutine make_umfpack_solver
 
-  !> Symbolic factorisation in the given order.
+  !> Computes the symbolic factorisation in the given order.
   subroutine analyse_pattern(self, matrix, error)
     class(umfpack_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -134,7 +133,7 @@ contains
     if (status /= status_ok) call library_error(status, error)
   end subroutine analyse_pattern
 
-  !> Numeric factorisation.
+  !> Computes the numeric factorisation.
   subroutine factorise_values(self, matrix, error)
     class(umfpack_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
@@ -159,8 +158,8 @@ contains
     end if
   end subroutine factorise_values
 
-  !> A pivot is judged against the largest entry of its column in the scaled matrix. A column of
-  !> the matrix that UMFPACK sees is an equation here.
+  !> Checks a pivot relative to the largest entry of its column in the scaled matrix. A column of the matrix passed to
+  !> UMFPACK is an equation here.
   subroutine judge_pivots(self, n, error)
     class(umfpack_solver_type), intent(in) :: self
     !> Number of equations.
@@ -191,7 +190,7 @@ contains
     end do
   end subroutine judge_pivots
 
-  !> Forward and backward substitution with refinement.
+  !> Solves by forward and backward substitution with refinement.
   subroutine solve_factorised(self, rhs, x, error)
     class(umfpack_solver_type), intent(inout) :: self
     real(wp), intent(in) :: rhs(:)
@@ -206,7 +205,7 @@ contains
     if (status /= status_ok) call library_error(status, error)
   end subroutine solve_factorised
 
-  !> Free the handles.
+  !> Frees the handles.
   subroutine release(self)
     class(umfpack_solver_type), intent(inout) :: self
 
@@ -219,9 +218,9 @@ contains
     if (allocated(self%values)) deallocate (self%values)
   end subroutine release
 
-  !> A failure of the library as an error.
+  !> Converts a failure of the library to an error.
   subroutine library_error(status, error)
-    !> UMFPACK's status.
+    !> Status of UMFPACK.
     integer(c_int), intent(in) :: status
     type(error_type), allocatable, intent(out) :: error
 
