@@ -90,8 +90,8 @@ contains
     text = trim(model_words(scene%model))
     if (scene%reduce) text = merge('3D   ', 'plane', scene%model == three_dimensional)
     text = trim(text)
-    if (scene%reduce) text = text//', the smallest model is looked for'
-    if (.not. scene%reduce) text = text//', as the deck says'
+    if (scene%reduce) text = text//', reduced to the smallest equivalent model'
+    if (.not. scene%reduce) text = text//', as in the deck'
     call add_item(items, 'kind', text)
     call add_item(items, 'mesh', mesh_text(scene))
     call add_item(items, 'bodies', integer_text(size(scene%bodies)), is_figure=.true.)
@@ -117,7 +117,7 @@ contains
     integer :: a
 
     text = 'given by its nodes and elements'
-    if (analysis%mesh%kind == mesh_fitted) text = 'triangles that fit the bodies'
+    if (analysis%mesh%kind == mesh_fitted) text = 'body-fitted triangles'
     if (analysis%mesh%kind /= mesh_grid) return
     text = ''
     do a = 1, merge(3, 2, analysis%model == three_dimensional)
@@ -314,7 +314,7 @@ contains
     end if
     call count_parts(model, ranks, own, copies, equations, short)
     if (short) then
-      call add_item(items, 'not shared', 'the material lies in too few cells of the mesh')
+      call add_item(items, 'not shared', 'the material occupies too few cells of the mesh')
       return
     end if
     call add_item(items, 'points of a process', integer_text(minval(own))//' to '//integer_text(maxval(own)))
