@@ -61,7 +61,7 @@ module qsmpm_udsm
     end subroutine udsm_interface
   end interface
 
-  !> The model.
+  !> The constitutive model.
   type, extends(adapter_type) :: udsm_type
     procedure(udsm_interface), pointer, nopass :: routine => null()
     real(c_double) :: props(constants) = 0.0_c_double

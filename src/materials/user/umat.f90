@@ -56,7 +56,7 @@ module qsmpm_umat
     end subroutine umat_interface
   end interface
 
-  !> The model.
+  !> The constitutive model.
   type, extends(adapter_type) :: umat_type
     procedure(umat_interface), pointer, nopass :: routine => null()
     character(kind=c_char) :: cmname(name_length) = ' '
