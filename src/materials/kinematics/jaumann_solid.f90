@@ -286,7 +286,7 @@ contains
     call by_gradient(part(:, :6), spin, change)
   end subroutine stress_change
 
-  !> Computes the change with dG from those with its symmetric part (shear gamma) and half the axial vector of W.
+  !> Computes the change with dG from those with its symmetric part (shear gamma) and half the axial vector of dG.
   pure subroutine by_gradient(strain, spin, change)
     real(wp), intent(in) :: strain(6, 6), spin(6, 3)
     real(wp), intent(out) :: change(6, 3, 3)

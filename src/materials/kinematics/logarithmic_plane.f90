@@ -207,7 +207,8 @@ contains
   end subroutine make_trial
 
   !> Computes b_e of the elastic strain e of a Cauchy stress, and the shear modulus of the step. With d = e_1 - e_2 the
-  !> in-plane block is exp(e_1 + e_2) times cosh(d) I + sinh(d) [c s; s -c], with determinant 1.
+  !> in-plane block is exp(e_1 + e_2) times cosh(d) I + sinh(d) [c s; s -c]. The determinant of the
+  !> latter is 1: no exponential is needed.
   pure subroutine start_tensor(model, stress, modulus, b, part)
     class(principal_model_type), intent(in) :: model
     !> Cauchy stress.

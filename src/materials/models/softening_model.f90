@@ -93,7 +93,7 @@ contains
   end subroutine set_softening
 
   !> Converts kappa to the degree of softening, which may be averaged: cohesion is linear in it, so that the mean of
-  !> stresses on their strengths is on the mean strength. kappa of a nonlocal law is averaged itself (linear in kbar).
+  !> stresses on their strengths is on the mean strength. kappa itself is averaged if nonlocal: kbar is linear in it.
   pure subroutine state_to_field(self, state)
     class(softening_model_type), intent(in) :: self
     !> In: kappa. Out: degree (1).
