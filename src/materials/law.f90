@@ -194,7 +194,7 @@ module qsmpm_law
   end type law_slot_type
 
   abstract interface
-    !> Initial state of a given Cauchy stress at volume ratio 1.
+    !> Initialises the state of a given Cauchy stress at volume ratio 1.
     subroutine start_interface(self, stress, place, state)
       import :: law_type, wp
       class(law_type), intent(in) :: self
@@ -341,7 +341,7 @@ contains
     effective = stress
   end function whole_stress
 
-  !> No coupling: the law is not nonlocal.
+  !> Returns no coupling: the law is not nonlocal.
   pure subroutine couple_not(self, gradient, volume_ratio, cell_size, state_start, state, coupling)
     class(law_type), intent(in) :: self
     !> F, packed, V/V0 at the start, and size of the cell.

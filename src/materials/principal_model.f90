@@ -83,7 +83,7 @@ module qsmpm_principal_model
   end type principal_model_type
 
   abstract interface
-    !> Initial state variables of a given stress.
+    !> Initialises the state variables of a given stress.
     pure subroutine initial_interface(self, stress, state)
       import :: principal_model_type, wp
       class(principal_model_type), intent(in) :: self
@@ -142,7 +142,7 @@ contains
     real(wp), intent(inout) :: state(:)
   end subroutine same_state
 
-  !> No response: the model is not nonlocal.
+  !> Returns no response: the model is not nonlocal.
   pure subroutine respond_not(self, trial, state, cell_size, response)
     class(principal_model_type), intent(in) :: self
     !> Principal trial stresses (3); state variables at the end of the step.

@@ -181,7 +181,7 @@ contains
 
   !> Tensor in stress order with given principal values and directions.
   pure function compose_packed(value, n) result(a)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions as columns (3,3).
     real(wp), intent(in) :: value(3), n(3, 3)
     real(wp) :: a(6), v(3, 3)
 

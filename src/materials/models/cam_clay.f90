@@ -169,7 +169,7 @@ contains
     allocate (model, source=made)
   end subroutine make_model
 
-  !> Initial pc of a stress: OCR times the size of the yield surface through it, or the preconsolidation pressure.
+  !> Initialises pc: OCR times the size of the yield surface through the stress, or the preconsolidation pressure.
   pure subroutine initial_state(self, stress, state)
     class(cam_clay_type), intent(in) :: self
     !> Principal stresses (3).

@@ -75,7 +75,7 @@ contains
     if (found) call newton(self, r, found)
   end subroutine solve_return
 
-  !> Newton's method from the present x and y.
+  !> Solves by Newton's method from the present x and y.
   pure subroutine newton(self, r, found)
     type(clay_type), intent(in) :: self
     type(cam_clay_return_type), intent(inout) :: r

@@ -40,7 +40,7 @@ contains
     model%symmetric = .true.
   end subroutine set_moduli
 
-  !> Initial state variables: zero.
+  !> Initialises the state variables with zeros.
   pure subroutine initial_state(self, stress, state)
     class(elastic_model_type), intent(in) :: self
     !> Principal Cauchy stresses (3).

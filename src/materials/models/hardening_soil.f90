@@ -85,7 +85,7 @@ contains
     call make_small_strain_model(soil, ratio, self%threshold, model)
   end subroutine make_soil_model
 
-  !> Initial state variables of a stress: both surfaces pass through it, or through the stress of one-dimensional
+  !> Initialises the state: both surfaces pass through the stress, or through the stress of one-dimensional
   !> compression under the largest previous vertical stress where OCR or POP define one.
   pure subroutine initial_state(self, stress, state)
     class(hardening_soil_type), intent(in) :: self

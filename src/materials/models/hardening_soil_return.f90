@@ -110,7 +110,7 @@ contains
     end if
   end subroutine choose_first_set
 
-  !> Newton's method with changes of the active set according to the signs of its solution.
+  !> Solves by Newton's method with changes of the active set according to the signs of its solution.
   pure subroutine follow_signs(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
@@ -235,7 +235,7 @@ contains
     found = .false.
   end subroutine walk_to_trial
 
-  !> Newton's method for the present active set from the present unknowns.
+  !> Solves by Newton's method for the present active set from the present unknowns.
   pure subroutine newton(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r

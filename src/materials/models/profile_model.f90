@@ -101,7 +101,7 @@ contains
     model%symmetric = model%lowered%flow /= flow_material .or. .not. model%dilatancy_angle < model%steepest
   end subroutine set_friction
 
-  !> Initial state of the inner model; strength and stiffness of a point depend on its position and are set by the law.
+  !> Initialises the state of the inner model; strength and stiffness depend on the position and are set by the law.
   pure subroutine initial_state(self, stress, state)
     class(profile_model_type), intent(in) :: self
     real(wp), intent(in) :: stress(3)

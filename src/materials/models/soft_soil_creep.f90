@@ -9,8 +9,8 @@
 !> eta = 3 (1 - K0nc)/(1 + 2 K0nc) and dev/dt : dp/dt : deq/dt = lambda*/p : 1 : 2/3 lambda*/p:
 !>   M^2 = eta^2 + 2 eta (lambda* - kappa*)/(2/3 lambda* - 2/9 eta kappa* (1 + nu)/(1 - 2 nu))
 !> (derived here; PLAXIS gives the same formula). A step is elastic, is returned to Mohr-Coulomb, and then creeps
-!> (qsmpm_creep_return), which reduces q as M is above that of friction. peq/pp is 1 where the soil creeps by mu*
-!> in the reference time tau. Soil of reduced strength, in the search for a factor of safety, does not creep.
+!> (qsmpm_creep_return), which moves the stress inside the strength as M is above that of friction. peq/pp is 1 where
+!> the soil creeps by mu* in the reference time tau. Soil of reduced strength, in the search for a factor of safety, does not creep.
 module qsmpm_soft_soil_creep
   use qsmpm_kinds, only: wp, pi
   use qsmpm_creep_return, only: creep_type, creep_step_type, return_creep, equivalent_pressure
@@ -201,7 +201,7 @@ contains
     q = sqrt(1.5_wp*sum((stress + p)**2))
   end subroutine invariants
 
-  !> Initial state of a stress: pp of the largest previous vertical stress, not below peq of the stress.
+  !> Initialises the state: pp of the largest previous vertical stress, not below peq of the stress.
   pure subroutine initial_state(self, stress, state)
     class(soft_soil_creep_type), intent(in) :: self
     real(wp), intent(in) :: stress(3)

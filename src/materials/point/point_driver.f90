@@ -129,7 +129,7 @@ contains
     point%volume_ratio = determinant(point%deformation)
   end subroutine control_point
 
-  !> Newton's method; each correction is halved until the error decreases.
+  !> Solves by Newton's method; each correction is halved until the error decreases.
   subroutine solve_step(law, batch, controls, start, tolerance, iterations, error)
     class(law_type), intent(in) :: law
     !> The point with f = I.
@@ -228,7 +228,7 @@ contains
     end do
   end subroutine scale_rows
 
-  !> Gaussian elimination with row exchange; the right-hand side becomes the solution.
+  !> Solves by Gaussian elimination with row exchange; the right-hand side becomes the solution.
   pure subroutine solve_dense(a, b)
     !> Matrix (n,n), destroyed.
     real(wp), intent(inout) :: a(:, :)

@@ -10,7 +10,7 @@ module qsmpm_marked_room
 
   public :: room_size, first_places, put_marks, find_damage
 
-  !> Number of guard words before each array and after the last one; their value is too small to be added to unnoticed.
+  !> Number of guard words before each array and after the last one; so small that adding any number changes them.
   integer, parameter :: between = 64, behind = 256
   real(wp), parameter :: mark = -7.70843e-301_wp
 
