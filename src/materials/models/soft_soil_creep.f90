@@ -10,7 +10,8 @@
 !>   M^2 = eta^2 + 2 eta (lambda* - kappa*)/(2/3 lambda* - 2/9 eta kappa* (1 + nu)/(1 - 2 nu))
 !> (derived here; PLAXIS gives the same formula). A step is elastic, is returned to Mohr-Coulomb, and then creeps
 !> (qsmpm_creep_return), which moves the stress inside the strength as M is above that of friction. peq/pp is 1 where
-!> the soil creeps by mu* in the reference time tau. Soil of reduced strength, in the search for a factor of safety, does not creep.
+!> the soil creeps by mu* in the reference time tau. Soil of reduced strength (search for a factor of safety) does not
+!> creep.
 module qsmpm_soft_soil_creep
   use qsmpm_kinds, only: wp, pi
   use qsmpm_creep_return, only: creep_type, creep_step_type, return_creep, equivalent_pressure
