@@ -35,8 +35,8 @@ module qsmpm_profile_model
     logical :: varies_stiffness = .false.
     !> Index of the state variable that is the strength; the next is Young's modulus or the preconsolidation stress.
     integer :: at = 1
-    !> Variable friction: the largest angle, the upper bound of the dilatancy angle, the reduction of both, and
-    !> the other parameters of the strength.
+    !> Variable friction: the largest angle, the dilatancy angle (at most the friction angle), the reduction of both,
+    !> and the other parameters of the strength.
     logical :: varies_friction = .false.
     real(wp) :: steepest = 0.0_wp, dilatancy_angle = 0.0_wp
     type(strength_factor_type) :: lowered
