@@ -1,9 +1,9 @@
-!> A law that walks the deformation of a step in two halves: the same law, the same start and end, one
-!> more point on the path. What it answers differently from the law itself is what the length of the
-!> step costs (qsmpm_step_error): nothing in hyperelasticity, the error of the return mapping or of the
-!> stress rate otherwise.
+!> A law that applies the deformation of a step in two halves: the same law, the same start and end, one
+!> more point on the path. The difference between its result and that of the law itself measures the error
+!> due to the length of the step (qsmpm_step_error): zero in hyperelasticity, otherwise the error of the
+!> return mapping or of the stress rate.
 !>
-!> The displacement is halved: F_1 = 1 + (F - 1)/2, then F_2 = F F_1^-1, and the stress of the end is
+!> The displacement is halved: F_1 = 1 + (F - 1)/2, then F_2 = F F_1^-1, and the stress at the end is
 !> referred to the start of the whole step, Q = J sigma F^-T with J = det F.
 module qsmpm_half_step_law
   use qsmpm_kinds, only: wp
@@ -14,7 +14,7 @@ module qsmpm_half_step_law
 
   public :: half_step_law_type, make_half_step_law
 
-  !> The law and its double step.
+  !> A law with halved steps.
   type, extends(outer_law_type) :: half_step_law_type
   contains
     procedure :: update
@@ -22,18 +22,18 @@ module qsmpm_half_step_law
 
 contains
 
-  !> Halve the steps of a law.
+  !> Makes the law with halved steps of a law.
   subroutine make_half_step_law(law, halved)
     class(law_type), intent(in) :: law
-    !> The same law in two halves a step.
+    !> The same law, each step in two halves.
     type(half_step_law_type), intent(out) :: halved
 
     allocate (halved%law, source=law)
     halved%law_traits_type = law%law_traits_type
   end subroutine make_half_step_law
 
-  !> Update a batch in two halves. A tangent that is asked for is that of the whole step: who balances pressures by it
-  !> (qsmpm_pressure_balance) needs a slope, not an exact one.
+  !> Updates a batch in two halves. A requested tangent is that of the whole step: the balance of pressures that uses it
+  !> (qsmpm_pressure_balance) needs an approximate slope only.
   subroutine update(self, batch, tangent)
     class(half_step_law_type), intent(in) :: self
     type(batch_type), intent(inout) :: batch
@@ -69,7 +69,7 @@ contains
       if (batch%status(p) /= status_ok) cycle
       batch%stress(:, p) = half%stress(:, p)
       batch%state(:, p) = half%state(:, p)
-      ! Q on the start of the whole step.
+      ! Q with respect to the start of the whole step.
       f = unpack_gradient(batch%gradient(:, p))
       det = determinant(f)
       call pack_gradient(det*matmul(unpack_symmetric(half%stress(:, p)), transpose(inverse(f, det))), &
@@ -77,7 +77,7 @@ contains
     end do
   end subroutine update
 
-  !> F_1 of half the displacement; its determinant is positive when that of F is.
+  !> F_1 of half the displacement; its determinant is positive if that of F is.
   pure function first_half(gradient) result(half)
     !> F, packed (5 or 9).
     real(wp), intent(in) :: gradient(:)
@@ -86,7 +86,7 @@ contains
     half = 0.5_wp*(identity + unpack_gradient(gradient))
   end function first_half
 
-  !> The second half begins where the first one ended.
+  !> Sets the start of the second half to the end of the first.
   pure subroutine start_second_half(gradient, volume_ratio, half, p)
     !> F of the whole step, packed (5 or 9); volume ratio at the start of the step.
     real(wp), intent(in) :: gradient(:), volume_ratio

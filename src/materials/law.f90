@@ -1,27 +1,26 @@
-!> The one interface of every constitutive law: a batch of points of one material from the start
+!> The interface of all constitutive laws: a batch of points of one material from the start
 !> to the end of a step.
 !>
-!> The law works with the incremental deformation gradient F and returns Q, the first
-!> Piola-Kirchhoff stress with respect to the start of the step, and A = dQ/dF; so the internal
+!> The law receives the incremental deformation gradient F and returns Q, the first
+!> Piola-Kirchhoff stress with respect to the start of the step, and A = dQ/dF. The internal
 !> force of a point of start volume V is V Q : grad0 N and its stiffness V grad0 N : A : grad0 N,
-!> which holds K^E and K^G of the paper (eqs. 15-17) and needs no knowledge of the law.
+!> which contains K^E and K^G of the paper (eqs. 15-17); the assembly needs no knowledge of the law.
 !>
 !> Packing. Gradient-like tensors are packed column by column: in 3D (11,21,31,12,22,32,13,23,33),
 !> nine components; in 2D (11,21,12,22,33), five components, the last used by axisymmetry only.
 !> Stresses: 11,22,33,12,13,23 (3D, six) or 11,22,33,12 (2D, four). Tension positive.
 !>
-!> An all-round pressure p0 that acts on every free boundary of the soil and follows it.
-!>
-!> Its force on a body of any shape is that of a uniform stress -p0 inside, so that it need not be summed over the
-!> boundary: the equations are those of the stress above -p0,
+!> All-round pressure. A pressure p0 may act on every free boundary of the soil and follow it.
+!> Its force on a body of any shape is that of a uniform stress -p0 inside, so that no sum over the
+!> boundary is needed: the equations are written for the stress in excess of -p0,
 !>
 !>   Q := Q + p0 cof F,   A := A + p0 d(cof F)/dF,   cof F = det F F^-T
 !>
-!> with Q and A of the law (qsmpm_law). Stresses of points, laws and results are whole. What the rules of cut cells do
-!> not integrate exactly is then the stress above -p0 alone, and not p0 itself.
+!> with Q and A of the law. Stresses of points, laws and results include p0. The integration error of cut cells then
+!> concerns only the stress in excess of -p0, not p0 itself.
 !>
-!> A law around another one, which it changes stresses, states or steps of: what it does not say itself is as the law
-!> inside says.
+!> A law may wrap another law (outer_law_type), of which it changes stresses, states or steps; procedures that it does
+!> not override are those of the inner law.
 module qsmpm_law
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: string_type, word_place
@@ -32,31 +31,31 @@ module qsmpm_law
   public :: law_type, law_traits_type, law_slot_type, batch_type, step_info_type, field_coupling_type, start_time, &
     time_increment, is_nonlocal, outer_law_type
 
-  !> What a law says of a point: updated; not in a step as long as this one; not at all; and the law itself is out
-  !> of order, so that the run must end.
+  !> Status of a point: updated; not in a step of this length; not at all; and failure of the law itself, after which
+  !> the run must end.
   integer, parameter, public :: status_ok = 0, status_cut = 1, status_failed = 2, status_unrecoverable = 3
 
-  !> Which tangent is asked for: none, the consistent one, or the elastic one (K^E + K^G at F).
+  !> Requested tangent: none, the consistent one, or the elastic one (K^E + K^G at F).
   integer, parameter, public :: tangent_none = 0, tangent_consistent = 1, tangent_elastic = 2
 
-  !> Load fraction that a step at held load counts as in time: models divide by it.
+  !> Load fraction assigned to a step at constant load as its duration: models divide by it.
   real(wp), parameter :: held_duration = 1.0e-6_wp
 
-  !> When a step takes place. Nothing in a quasi-static analysis depends on time but what a model makes of it: a phase
-  !> lasts as long as the deck says, one unit where it says nothing, and its load runs evenly from start to end.
+  !> Time of a step. In a quasi-static analysis only the material models depend on time. A phase lasts
+  !> as long as the deck defines, one unit by default, and its load increases linearly from start to end.
   type :: step_info_type
     !> Number of the phase, and of the step in all phases, from 1.
     integer :: phase = 1
     integer :: step = 1
     !> Number of the step in its phase, from 1.
     integer :: step_of_phase = 1
-    !> Load fraction at the start of the step, and the share that the step goes.
+    !> Load fraction at the start of the step, and its increment.
     real(wp) :: start = 0.0_wp
     real(wp) :: duration = 1.0_wp
-    !> Time at the start of the phase, and how long the phase lasts.
+    !> Time at the start of the phase, and duration of the phase.
     real(wp) :: phase_start = 0.0_wp
     real(wp) :: phase_time = 1.0_wp
-    !> Places stay, and strains are small (qsmpm_small_strain).
+    !> Positions are fixed and strains are small (qsmpm_small_strain).
     logical :: in_place = .false.
   end type step_info_type
 
@@ -70,18 +69,18 @@ module qsmpm_law
     real(wp), allocatable :: volume_ratio(:)
     !> In: Cauchy stress at the start (4 or 6, n).
     real(wp), allocatable :: stress_start(:, :)
-    !> In: law's state at the start (state_count, n).
+    !> In: state of the law at the start (state_count, n).
     real(wp), allocatable :: state_start(:, :)
-    !> In: when the step takes place.
+    !> In: time of the step.
     type(step_info_type) :: step_info
-    !> In, for laws that ask where they are: number of the material point, 0 for a point of a cell's own, and of its
+    !> In, for laws with asks_where: number of the material point, 0 for a point that belongs to a cell, and of its
     !> cell (n).
     integer, allocatable :: number(:), cell(:)
-    !> In, for laws that ask where they are: position, the cell's centre for its own points, and size of the cell
+    !> In, for laws with asks_where: position, for points of a cell its centre, and size of the cell
     !> (dimension, n), (n).
     real(wp), allocatable :: place(:, :), cell_size(:)
-    !> In, for models of users: pore pressure at the start of the step, compression positive, the excess in it, and the
-    !> filled share of the pores (3, n); unallocated without water.
+    !> In, for user models: pore pressure at the start of the step, compression positive, the excess in it, and the
+    !> degree of saturation (3, n); unallocated without water.
     real(wp), allocatable :: water(:, :)
     !> Out: Cauchy stress at the end (4 or 6, n).
     real(wp), allocatable :: stress(:, :)
@@ -89,113 +88,113 @@ module qsmpm_law
     real(wp), allocatable :: state(:, :)
     !> Out: Q, packed (5 or 9, n).
     real(wp), allocatable :: piola(:, :)
-    !> Out, when asked for: A(i,j) = d piola(i) / d gradient(j), (5 or 9, 5 or 9, n).
+    !> Out, when requested: A(i,j) = d piola(i) / d gradient(j), (5 or 9, 5 or 9, n).
     real(wp), allocatable :: tangent(:, :, :)
     !> Out: one of the status_* values (n).
     integer, allocatable :: status(:)
     !> Out: 1 where the point yields in this step, else 0 (n).
     integer, allocatable :: plastic(:)
-    !> Out, may be set with a status other than ok: the share of the step that may be tried next, and what
-    !> the law has to say.
+    !> Out, may be set with a status other than ok: the share of the step that may be tried next, and the
+    !> message of the law.
     real(wp) :: share = 0.0_wp
     character(len=:), allocatable :: message
   end type batch_type
 
-  !> How a nonlocal law couples displacement and field at a point: derivatives of Q by kbar (5 or 9, packed), of kappa
-  !> by kbar, and of kappa by F (5 or 9).
+  !> Coupling of displacement and field of a nonlocal law at a point: derivatives of Q by kbar (5 or 9, packed), of
+  !> kappa by kbar, and of kappa by F (5 or 9).
   type :: field_coupling_type
     real(wp) :: stress_by_field(9) = 0.0_wp
     real(wp) :: strain_by_field = 0.0_wp
     real(wp) :: strain_by_gradient(9) = 0.0_wp
   end type field_coupling_type
 
-  !> What others ask of a law.
+  !> Properties of a law.
   type :: law_traits_type
     !> 2 or 3.
     integer :: dimension = 0
-    !> State variables a point needs, in `state`; for the logarithmic kinematics the first are the
+    !> Number of state variables of a point, in `state`; for the logarithmic kinematics the first are the
     !> elastic left Cauchy-Green tensor in stress order.
     integer :: state_count = 0
     !> Names of the state variables in results; those without a name are not written (state_count).
     type(string_type), allocatable :: state_names(:)
-    !> Whether the law wants number, cell, place and cell size of its points.
+    !> Whether the law requires number, cell, position and cell size of its points.
     logical :: asks_where = .false.
-    !> l of a nonlocal law, 0 for others, and the largest cell that has the field. Its last two state variables are
-    !> kappa, of which the field is made, and kbar, the field at the end of the step, which the caller puts into
-    !> `state_start` (qsmpm_nonlocal_strain).
+    !> Internal length l of a nonlocal law, 0 for others, and the largest cell in which the field is used. Its last two
+    !> state variables are kappa, the source of the field, and kbar, the field at the end of the step, which the caller
+    !> sets in `state_start` (qsmpm_nonlocal_strain).
     real(wp) :: field_length = 0.0_wp, coarsest_cell = huge(1.0_wp)
-    !> What the user should know of it; unallocated when there is nothing.
+    !> Advice for the user; unallocated if there is none.
     character(len=:), allocatable :: advice
-    !> Whether it tells which points yield.
+    !> Whether it reports which points yield.
     logical :: tells_yield = .true.
-    !> The model is a user's: that it fails is error_user_material.
+    !> The model is a user model: its failure is error_user_material.
     logical :: of_user = .false.
     !> True when the consistent tangent is symmetric for every state.
     logical :: symmetric = .false.
-    !> The strength is one of the Kirchhoff stress, or J the volume over that at the start of the step; else of the
+    !> The strength limits the Kirchhoff stress, or J sigma with J from the start of the step; otherwise it limits the
     !> Cauchy stress.
     logical :: bounds_kirchhoff = .false.
     !> Young's modulus that scales stabilisation terms.
     real(wp) :: stiffness_scale = 0.0_wp
     !> Shear modulus that scales the resistance to volume changes inside a group of uniform pressure.
     real(wp) :: shear_scale = 0.0_wp
-    !> Where a point is that is nowhere in particular.
+    !> Position used where none is given.
     real(wp) :: usual_place(3) = 0.0_wp
     !> Share of the elastic tangent blended into the consistent one, about 1e-5; 0 gives the
     !> exact one.
     real(wp) :: elastic_blend = 0.0_wp
   end type law_traits_type
 
-  !> A constitutive law with its parameters. It holds no state: two models may share one.
+  !> A constitutive law with its parameters. It stores no state: two models may share one.
   type, abstract, extends(law_traits_type) :: law_type
   contains
-    !> State of an unstressed or prestressed point, at its usual place, and at any.
+    !> Initial state of an unstressed or prestressed point, at the usual position, and at a given one.
     procedure :: start
     procedure(start_interface), deferred :: start_at
-    !> Update the strength from the effective stress of a point, where it follows that.
+    !> Updates the strength from the effective stress of a point, where it depends on it.
     procedure :: strengthen => keep_strength
-    !> One step.
+    !> Updates a batch by one step.
     procedure(update_interface), deferred :: update
-    !> Number of fields by which a cell's points are averaged.
+    !> Number of fields that are averaged over the points of a cell.
     procedure(count_interface), deferred :: fit_count
-    !> Turn stress and state into fields that may be averaged (tensor logarithms, ...).
+    !> Converts stress and state to fields that may be averaged (tensor logarithms, ...).
     procedure(to_fields_interface), deferred :: to_fields
-    !> And back.
+    !> Converts averaged fields back.
     procedure(from_fields_interface), deferred :: from_fields
-    !> Set the share of the elastic tangent.
+    !> Sets the share of the elastic tangent.
     procedure :: blend => set_blend
-    !> Stress that the material bears, where that of a point holds something else as well (pore water).
+    !> Effective stress, where the stress of a point contains another part as well (pore water).
     procedure :: effective_stress => whole_stress
-    !> Derivatives of a point that has been updated, where the law is nonlocal.
+    !> Coupling derivatives of an updated point, where the law is nonlocal.
     procedure :: couple => couple_not
     procedure :: state_place
     !> Elastic shear modulus of a step.
     procedure :: shear_modulus => usual_shear
-    !> Elastic shear compliance of a step, by which results tell elastic from plastic strain.
+    !> Elastic shear compliance of a step, used in results to separate elastic and plastic strain.
     procedure :: shear_compliance => usual_compliance
   end type law_type
 
-  !> One law; an array of these is the model's materials.
+  !> A law of the model; the materials of the model are an array of these.
   type :: law_slot_type
     class(law_type), allocatable :: law
     !> Resistance to volume changes inside a group of uniform pressure, as a share of the law's shear
-    !> modulus; 0 where the pressure of every point is its own.
+    !> modulus; 0 where every point has its own pressure.
     real(wp) :: pressure_factor = 0.0_wp
-    !> The same in phases that load and of TYPE=SAFETY, where they differ; below 0 where they do not.
+    !> The same in loading phases and in phases of TYPE=SAFETY, where they differ; negative where they do not.
     real(wp) :: factors(2) = -1.0_wp
-    !> The material may flow: that resistance falls then.
+    !> The material may yield: the resistance then decreases.
     logical :: flows = .false.
-    !> All-round pressure above which Q and A of `update` count (`add_confinement`).
+    !> All-round pressure p0; Q and A of `update` are in excess of it (`add_confinement`).
     real(wp) :: confinement = 0.0_wp
   contains
-    !> One step, of the law and of the all-round pressure.
+    !> Updates a batch by one step, including the all-round pressure.
     procedure :: update => update_confined
-    !> Whether the tangent is symmetric for every state, that of points under one pressure included.
+    !> Whether the tangent is symmetric for every state, including points with a common pressure.
     procedure :: is_symmetric => is_symmetric_slot
   end type law_slot_type
 
   abstract interface
-    !> State that belongs to a given Cauchy stress at volume ratio 1.
+    !> Initialises the state of a given Cauchy stress at volume ratio 1.
     subroutine start_interface(self, stress, place, state)
       import :: law_type, wp
       class(law_type), intent(in) :: self
@@ -205,7 +204,7 @@ module qsmpm_law
       real(wp), intent(out) :: state(:)
     end subroutine start_interface
 
-    !> Update a batch. A point that cannot be updated gets a status, never a NaN.
+    !> Updates a batch. A point that cannot be updated gets a status, never a NaN.
     subroutine update_interface(self, batch, tangent)
       import :: law_type, batch_type
       class(law_type), intent(in) :: self
@@ -235,7 +234,7 @@ module qsmpm_law
     end subroutine from_fields_interface
   end interface
 
-  !> The law; what others ask of it is that of the law inside unless said otherwise.
+  !> A law around an inner law, whose procedures it uses unless it overrides them.
   type, abstract, extends(law_type) :: outer_law_type
     class(law_type), allocatable :: law
   contains
@@ -248,14 +247,14 @@ module qsmpm_law
 
 contains
 
-  !> A resistance that falls with the flow makes the tangent unsymmetric.
+  !> Whether the tangent is symmetric; a resistance that decreases with plastic flow makes it unsymmetric.
   pure logical function is_symmetric_slot(self) result(symmetric)
     class(law_slot_type), intent(in) :: self
 
     symmetric = self%law%symmetric .and. .not. (self%flows .and. self%pressure_factor > 0.0_wp)
   end function is_symmetric_slot
 
-  !> One step of a batch: what the law says, with Q and A above the all-round pressure.
+  !> Updates a batch by one step of the law, with Q and A in excess of the all-round pressure.
   subroutine update_confined(self, batch, tangent)
     class(law_slot_type), intent(in) :: self
     type(batch_type), intent(inout) :: batch
@@ -289,14 +288,14 @@ contains
     time = step_info%phase_start + step_info%start*step_info%phase_time
   end function start_time
 
-  !> Time that a step takes; not 0 at held load, for models that divide by it.
+  !> Duration of a step; not 0 at constant load, for models that divide by it.
   pure real(wp) function time_increment(step_info) result(increment)
     type(step_info_type), intent(in) :: step_info
 
     increment = max(held_duration, step_info%duration)*step_info%phase_time
   end function time_increment
 
-  !> State of a point whose place does not matter.
+  !> Initialises the state of a point at the usual position.
   subroutine start(self, stress, state)
     class(law_type), intent(in) :: self
     !> Cauchy stress (4 or 6).
@@ -307,7 +306,7 @@ contains
     call self%start_at(stress, self%usual_place, state)
   end subroutine start
 
-  !> The strength is no matter of the stress.
+  !> Leaves the strength unchanged: it does not depend on the stress.
   pure subroutine keep_strength(self, stress, state)
     class(law_type), intent(in) :: self
     !> Cauchy stress (4 or 6), and state (state_count).
@@ -315,7 +314,7 @@ contains
     real(wp), intent(inout) :: state(:)
   end subroutine keep_strength
 
-  !> Place of a state variable in the state, 0 where it has none of that name.
+  !> Index of a state variable, 0 where the law has none of that name.
   pure integer function state_place(self, name) result(place)
     class(law_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -324,7 +323,7 @@ contains
     if (allocated(self%state_names)) place = word_place(self%state_names, name)
   end function state_place
 
-  !> Take the share of the elastic tangent.
+  !> Sets the share of the elastic tangent.
   subroutine set_blend(self, share)
     class(law_type), intent(inout) :: self
     real(wp), intent(in) :: share
@@ -332,7 +331,7 @@ contains
     self%elastic_blend = share
   end subroutine set_blend
 
-  !> All of the stress is borne by the material.
+  !> Effective stress equal to the total stress.
   pure function whole_stress(self, stress, state) result(effective)
     class(law_type), intent(in) :: self
     !> Cauchy stress (4 or 6), and state (state_count).
@@ -342,7 +341,7 @@ contains
     effective = stress
   end function whole_stress
 
-  !> The law knows of no field.
+  !> Returns no coupling: the law is not nonlocal.
   pure subroutine couple_not(self, gradient, volume_ratio, cell_size, state_start, state, coupling)
     class(law_type), intent(in) :: self
     !> F, packed, V/V0 at the start, and size of the cell.
@@ -357,7 +356,7 @@ contains
     coupling = field_coupling_type()
   end subroutine couple_not
 
-  !> G of a step that starts from a stress and a state: the one that scales stabilisation.
+  !> G of a step that starts from a stress and a state: by default the one that scales the stabilisation.
   pure real(wp) function usual_shear(self, stress, state) result(shear)
     class(law_type), intent(in) :: self
     !> Effective stress (4 or 6), and state (state_count).
@@ -366,8 +365,8 @@ contains
     shear = self%shear_scale
   end function usual_shear
 
-  !> c at the start and at the end of a step, for which c s' is the deviator of the elastic strain of the Cauchy stress
-  !> s: 1/2G of linear elasticity in Cauchy stress.
+  !> Compliance c at the start and at the end of a step, with which c s' is the deviator of the elastic strain of the
+  !> Cauchy stress s: 1/2G for linear elasticity in Cauchy stress.
   pure function usual_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
     class(law_type), intent(in) :: self
     !> Cauchy stress, state and V/V0 at the start, and the volume at the end over that at the start (4 or 6).
@@ -377,7 +376,7 @@ contains
     compliance = 0.5_wp/self%shear_modulus(stress, state)
   end function usual_compliance
 
-  !> Add the force of the pressure to Q and, when it is there, its derivative to A.
+  !> Adds the pressure to Q and, if present, its derivative to A.
   pure subroutine add_confinement(pressure, gradient, piola, tangent)
     !> p0, compression positive.
     real(wp), intent(in) :: pressure
@@ -393,7 +392,7 @@ contains
     piola = piola + pressure*here
     if (.not. present(tangent)) return
     do j = 1, size(gradient)
-      ! cof F is of second degree, and has none in a single component: the difference is the derivative.
+      ! cof F is quadratic, but linear in a single component: the difference is the exact derivative.
       along = gradient
       along(j) = along(j) + 1.0_wp
       call pack_gradient(cofactor(unpack_gradient(along)), moved)
@@ -401,7 +400,7 @@ contains
     end do
   end subroutine add_confinement
 
-  !> The share of the elastic tangent is that of the law inside.
+  !> Sets the share of the elastic tangent of the inner law.
   subroutine blend(self, share)
     class(outer_law_type), intent(inout) :: self
     real(wp), intent(in) :: share
@@ -410,7 +409,7 @@ contains
     call self%law%blend(share)
   end subroutine blend
 
-  !> State of a point.
+  !> Initialises the state of a point.
   subroutine start_at(self, stress, place, state)
     class(outer_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), place(3)
@@ -426,7 +425,7 @@ contains
     fit_count = self%law%fit_count()
   end function fit_count
 
-  !> Fields of stress and state.
+  !> Converts stress and state to fields.
   pure subroutine to_fields(self, stress, state, fields)
     class(outer_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:)
@@ -435,7 +434,7 @@ contains
     call self%law%to_fields(stress, state, fields)
   end subroutine to_fields
 
-  !> And back.
+  !> Converts fields to stress and state.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(outer_law_type), intent(in) :: self
     real(wp), intent(in) :: fields(:), volume_ratio

@@ -1,6 +1,6 @@
-!> The law of what the user says of a material: its model in the chosen kinematics.
+!> Creates the law of given parameters: its model in the chosen kinematics.
 !>
-!> The soil laws that a card of the deck gives, instead of elasticity and Mohr-Coulomb strength. A new law has its
+!> It also lists the soil laws that have a keyword and replace elasticity and Mohr-Coulomb strength. A new law has its
 !> parameters and its model in a file of models/ and one line here.
 module qsmpm_law_factory
   use qsmpm_elastic_model, only: elastic_model_type, set_moduli
@@ -27,15 +27,15 @@ module qsmpm_law_factory
   public :: new_law, rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, kinematics_jaumann, &
     kinematics_logarithmic, standard_laws
 
-  !> Law of parameters in 2 or 3 dimensions, one of kinematics_* and of rate_*; the rate is read by the Jaumann
-  !> kinematics only. The error is set when a parameter is out of its range or there is no such law.
+  !> Makes the law of parameters in 2 or 3 dimensions, with one of kinematics_* and of rate_*; the rate is used by the
+  !> Jaumann kinematics only. The error is set when a parameter is out of its range or the law does not exist.
   interface new_law
     module procedure :: new_elastic_law, new_soil_law
   end interface new_law
 
 contains
 
-  !> Linear elasticity, with Mohr-Coulomb strength and its softening where they are given.
+  !> Makes linear elasticity, with Mohr-Coulomb strength and softening where they are given.
   subroutine new_elastic_law(parameters, dimension, kinematics, rate, law, error)
     type(material_parameters_type), intent(in) :: parameters
     integer, intent(in) :: dimension, kinematics, rate
@@ -59,7 +59,7 @@ contains
     end if
   end subroutine new_elastic_law
 
-  !> Any law of `standard_laws`.
+  !> Makes any law of `standard_laws`.
   subroutine new_soil_law(parameters, dimension, kinematics, rate, law, error)
     class(law_parameters_type), intent(in) :: parameters
     integer, intent(in) :: dimension, kinematics, rate
@@ -81,7 +81,7 @@ contains
     end if
   end subroutine new_soil_law
 
-  !> All of them, with their default parameters.
+  !> Lists all soil laws, with their default parameters.
   subroutine standard_laws(laws)
     type(law_parameters_slot_type), allocatable, intent(inout) :: laws(:)
 
@@ -95,7 +95,7 @@ contains
     call add(laws, soft_soil_creep_parameters_type())
   end subroutine standard_laws
 
-  !> One more law.
+  !> Adds a law to the list.
   subroutine add(laws, parameters)
     type(law_parameters_slot_type), allocatable, intent(inout) :: laws(:)
     class(law_parameters_type), intent(in) :: parameters

@@ -1,4 +1,4 @@
-!> What every law does with points that it could not update, so that no NaN leaves a law.
+!> Treatment of points that a law could not update, common to all laws, so that no law returns a NaN.
 module qsmpm_point_result
   use qsmpm_finite, only: all_usable, is_usable, unusable
   use qsmpm_kinds, only: wp
@@ -10,11 +10,11 @@ module qsmpm_point_result
 
 contains
 
-  !> Check the points' results; where a status is not ok or a result cannot be computed with, put the start
-  !> values back and zero the rest.
+  !> Checks the results of the points. Where a status is not ok or a result is not usable, the start values are
+  !> restored and the other results set to zero.
   pure subroutine finish_points(batch, tangent)
     type(batch_type), intent(inout) :: batch
-    !> Which tangent was asked for.
+    !> Requested tangent.
     integer, intent(in) :: tangent
     integer :: p
 
@@ -32,10 +32,10 @@ contains
     end do
   end subroutine finish_points
 
-  !> Whether stress, state, piola and, if wanted, tangent of a range of points can be computed with.
+  !> Whether stress, state, piola and, if requested, tangent of a range of points are usable numbers.
   pure logical function results_usable(batch, from, to, tangent)
     type(batch_type), intent(in) :: batch
-    !> The first point; the last point; which tangent was asked for.
+    !> First point; last point; requested tangent.
     integer, intent(in) :: from, to, tangent
     integer :: n
 
@@ -47,7 +47,7 @@ contains
       all_usable(n*size(batch%tangent, 1)**2, batch%tangent(:, :, from:to))
   end function results_usable
 
-  !> Name of the first result of a point that cannot be computed with, one of which there is.
+  !> Name of the first unusable result of a point that has one.
   pure function unusable_result(batch, p) result(name)
     type(batch_type), intent(in) :: batch
     !> Number of the point.
@@ -59,10 +59,10 @@ contains
     if (.not. (all(is_usable(batch%stress(:, p))) .and. all(is_usable(batch%piola(:, p))))) name = 'a stress'
   end function unusable_result
 
-  !> Put the start values of a point back.
+  !> Restores the start values of a point.
   pure subroutine undo(batch, p, tangent)
     type(batch_type), intent(inout) :: batch
-    !> Number of the point; which tangent was asked for.
+    !> Number of the point; requested tangent.
     integer, intent(in) :: p, tangent
 
     batch%plastic(p) = 0

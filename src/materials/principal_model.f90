@@ -1,10 +1,10 @@
-!> What a soil model says of a point in principal values: trial to stress, state variables and derivative.
+!> Interface of soil models in principal values: from a trial to stress, state variables and derivative.
 !>
-!> Directions and finite strain are those of qsmpm_principal_law, which serves every model of this form in both
+!> Directions and finite strain are those of qsmpm_principal_law, which serves all models of this form in both
 !> kinematics and dimensions. The trial is the elastic strain of a step without plastic flow or, where elasticity is
-!> linear (`hookean`), the stress that belongs to it; a Hookean model bounds the Kirchhoff stress where strain is
-!> logarithmic, every other model the Cauchy stress. Tension positive, principal values in any order. Moduli may
-!> depend on the stress; a step keeps the shear modulus of its start, so that the map from trial to stress is isotropic.
+!> linear (`hookean`), the stress that corresponds to it. A Hookean model limits the Kirchhoff stress with logarithmic
+!> strain, every other model the Cauchy stress. Tension positive, principal values in any order. Moduli may depend on
+!> the stress; a step uses the shear modulus of its start, so that the map from trial to stress is isotropic.
 module qsmpm_principal_model
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -18,24 +18,24 @@ module qsmpm_principal_model
   public :: principal_model_type, stress_update_type, field_response_type, blend_elastic, elastic_map, keep_update, &
     elastic_share
 
-  !> Most state variables of a model.
+  !> Largest number of state variables of a model.
   integer, parameter, public :: most_states = 4
 
-  !> What a model makes of a trial. Nothing is set before: hot loops pay for that.
+  !> Result of a model for a trial. It has no default values, which would cost time at every point.
   type :: stress_update_type
     !> One of the status_* values of qsmpm_law.
     integer :: status
     logical :: yields
-    !> Principal stresses (3), and d stress / d trial (3,3); a Hookean model need not set them where it does not yield.
+    !> Principal stresses (3), and d stress / d trial (3,3); a Hookean model may leave them unset without yielding.
     real(wp) :: stress(3)
     real(wp) :: derivative(3, 3)
-    !> (stress a - stress b)/(trial a - trial b) of the pairs 12, 13, 23; the kinematics' affair (3).
+    !> (stress a - stress b)/(trial a - trial b) of the pairs 12, 13, 23; set by the kinematics (3).
     real(wp) :: quotient(3)
     !> State variables at the end of the step; the first state_count are set.
     real(wp) :: state(most_states)
   end type stress_update_type
 
-  !> What a nonlocal model makes of the field, kbar, and what the field is made of, kappa: derivatives of the stress (3)
+  !> Response of a nonlocal model to the field kbar and of kappa, the source of the field: derivatives of the stress (3)
   !> and of kappa by kbar, and of kappa by the trial (3).
   type :: field_response_type
     real(wp) :: stress_by_field(3) = 0.0_wp
@@ -43,33 +43,33 @@ module qsmpm_principal_model
     real(wp) :: strain_by_trial(3) = 0.0_wp
   end type field_response_type
 
-  !> A model.
+  !> A constitutive model in principal values.
   type, abstract :: principal_model_type
     !> Whether elasticity is linear, so that the trial is a stress.
     logical :: hookean = .false.
-    !> Whether nothing yields, so that a trial need not be asked about.
+    !> Whether the model never yields, so that it need not be evaluated for a trial.
     logical :: elastic = .false.
-    !> Whether the derivative by the trial is symmetric for every trial.
+    !> Whether the derivative with respect to the trial is symmetric for every trial.
     logical :: symmetric = .false.
-    !> Whether the model counts strain by the size of the cell.
+    !> Whether the model scales strain by the size of the cell.
     logical :: asks_cell_size = .false.
-    !> Whether the model flows with time; the time that a step takes, which the law then sets, 0 for none.
+    !> Whether the model depends on time; the duration of the step, which the law then sets, 0 for none.
     logical :: asks_time = .false.
     real(wp) :: time = 0.0_wp
-    !> l of a nonlocal model, 0 for others, and the largest cell that has the field. The last two state variables are
-    !> kappa and kbar (qsmpm_nonlocal_strain).
+    !> Internal length l of a nonlocal model, 0 for others, and the largest cell in which the field is used. The last
+    !> two state variables are kappa and kbar (qsmpm_nonlocal_strain).
     real(wp) :: field_length = 0.0_wp
     real(wp) :: coarsest_cell = huge(1.0_wp)
-    !> Lame's moduli that make the elastic strain the trial: 0 and 1/2 leave it a strain.
+    !> Lame's moduli by which the elastic strain becomes the trial: 0 and 1/2 for a strain.
     real(wp) :: trial_lame = 0.0_wp
     real(wp) :: trial_shear = 0.5_wp
-    !> Young's modulus and shear modulus at a usual stress, for scaling.
+    !> Young's modulus and shear modulus at a representative stress, for scaling.
     real(wp) :: young = 0.0_wp
     real(wp) :: shear = 0.0_wp
     integer :: state_count = 0
     !> Names of the state variables in results (state_count).
     type(string_type), allocatable :: state_names(:)
-    !> What is said of a point that cannot be updated.
+    !> Message for a point that cannot be updated.
     character(len=:), allocatable :: message
   contains
     procedure(initial_interface), deferred :: initial_state
@@ -83,7 +83,7 @@ module qsmpm_principal_model
   end type principal_model_type
 
   abstract interface
-    !> State variables that belong to a given stress.
+    !> Initialises the state variables of a given stress.
     pure subroutine initial_interface(self, stress, state)
       import :: principal_model_type, wp
       class(principal_model_type), intent(in) :: self
@@ -110,7 +110,7 @@ module qsmpm_principal_model
       real(wp) :: strain(3)
     end function strain_interface
 
-    !> Status, stress and derivative without strength.
+    !> Computes status, stress and derivative of the elastic model.
     pure subroutine elastic_interface(self, modulus, trial, result)
       import :: principal_model_type, stress_update_type, wp
       class(principal_model_type), intent(in) :: self
@@ -119,7 +119,7 @@ module qsmpm_principal_model
       type(stress_update_type), intent(inout) :: result
     end subroutine elastic_interface
 
-    !> Status, yielding, stress, state and, where wanted, derivative.
+    !> Updates status, yielding, stress, state and, where requested, derivative.
     pure subroutine update_interface(self, modulus, trial, state, cell_size, with_derivative, result)
       import :: principal_model_type, stress_update_type, wp
       class(principal_model_type), intent(in) :: self
@@ -127,7 +127,7 @@ module qsmpm_principal_model
       real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
       !> Size of the point's cell; 0 where there is none.
       real(wp), intent(in) :: cell_size
-      !> Whether the derivative is wanted.
+      !> Whether the derivative is required.
       logical, intent(in) :: with_derivative
       type(stress_update_type), intent(inout) :: result
     end subroutine update_interface
@@ -135,14 +135,14 @@ module qsmpm_principal_model
 
 contains
 
-  !> State variables that may be averaged over points as they are, in and out of the average.
+  !> Leaves state variables unchanged for averaging over points.
   pure subroutine same_state(self, state)
     class(principal_model_type), intent(in) :: self
     !> (state_count)
     real(wp), intent(inout) :: state(:)
   end subroutine same_state
 
-  !> No model but a nonlocal one knows of a field.
+  !> Returns no response: the model is not nonlocal.
   pure subroutine respond_not(self, trial, state, cell_size, response)
     class(principal_model_type), intent(in) :: self
     !> Principal trial stresses (3); state variables at the end of the step.
@@ -155,8 +155,8 @@ contains
     response = field_response_type()
   end subroutine respond_not
 
-  !> Mix stress, derivative and quotients with those of the model without strength. All enter a tangent linearly, so
-  !> this mixes the tangents.
+  !> Blends stress, derivative and quotients with those of the elastic model. All enter a tangent linearly, so that
+  !> this blends the tangents.
   pure subroutine blend_elastic(model, modulus, trial, share, result)
     class(principal_model_type), intent(in) :: model
     !> Shear modulus of the step; principal trial strains or stresses (3); share of the elastic one, 0 to 1.
@@ -182,7 +182,7 @@ contains
     map = lame + 2.0_wp*shear*identity
   end function elastic_map
 
-  !> State variables and status of a model's update go to the point, with what the model has to say.
+  !> Stores state variables, status and message of a model's update at the point.
   pure subroutine keep_update(model, result, start, state, status, message)
     class(principal_model_type), intent(in) :: model
     type(stress_update_type), intent(in) :: result
@@ -203,7 +203,7 @@ contains
     message = model%message
   end subroutine keep_update
 
-  !> Share of the elastic tangent in the one that is asked for.
+  !> Share of the elastic tangent in the requested one.
   pure real(wp) function elastic_share(tangent, blend)
     !> One of tangent_consistent, tangent_elastic.
     integer, intent(in) :: tangent

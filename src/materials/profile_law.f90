@@ -1,9 +1,9 @@
-!> A law whose strength and stiffness are those of the place where a point was at its start.
+!> A law whose strength and stiffness depend on the initial position of a point.
 !>
-!> Both kinematics are homogeneous in stress: with moduli and strength e times those of the law inside, the stress of a
-!> step from sigma is e times that of a step from sigma/e, so are Q and A. e is Young's modulus of the point over that
-!> of the law inside; the strength over e is qsmpm_profile_model's. Averages are taken of e ln b_e, a stress, so that
-!> those of stresses that are linear in the place are exact.
+!> Both kinematics are homogeneous in stress: with moduli and strength e times those of the inner law, the stress of a
+!> step from sigma is e times that of a step from sigma/e, and so are Q and A. e is the ratio of Young's modulus of the
+!> point to that of the inner law; the strength divided by e is treated by qsmpm_profile_model. Averages are taken of
+!> e ln b_e, a stress, so that averages of stresses that are linear in the position are exact.
 module qsmpm_profile_law
   use qsmpm_kinds, only: wp
   use qsmpm_elastic_model, only: elastic_model_type, set_moduli
@@ -22,16 +22,16 @@ module qsmpm_profile_law
 
   public :: profile_law_type, new_profile_law
 
-  !> The law.
+  !> The law with strength and stiffness of each point.
   type, extends(outer_law_type) :: profile_law_type
     type(strength_profile_type) :: profile
-    !> Young's modulus of the law inside, and whether that of points is another.
+    !> Young's modulus of the inner law, and whether that of the points differs.
     real(wp) :: young = 1.0_wp
     logical :: varies_stiffness = .false.
-    !> Mean modulus of the body over that of the law inside.
+    !> Mean modulus of the body divided by that of the inner law.
     real(wp) :: scale = 1.0_wp
-    !> Number of the state variable that is the strength; Young's modulus or the preconsolidation stress is the next,
-    !> the friction angle the last.
+    !> Index of the state variable that is the strength; the next is Young's modulus or the preconsolidation stress,
+    !> the last the friction angle.
     integer :: at = 1
     logical :: varies_friction = .false.
   contains
@@ -46,11 +46,11 @@ module qsmpm_profile_law
 
 contains
 
-  !> Law of linear elasticity, with Mohr-Coulomb strength where it is given, of a profile.
+  !> Makes the law of linear elasticity, with Mohr-Coulomb strength where it is given, of a profile.
   subroutine new_profile_law(parameters, profile, dimension, kinematics, rate, law, error)
     type(material_parameters_type), intent(in) :: parameters
     type(strength_profile_type), intent(in) :: profile
-    !> As of qsmpm_principal_law.
+    !> As in qsmpm_principal_law.
     integer, intent(in) :: dimension, kinematics, rate
     class(law_type), allocatable, intent(out) :: law
     type(error_type), allocatable, intent(out) :: error
@@ -89,7 +89,7 @@ contains
     call move_alloc(made, law)
   end subroutine new_profile_law
 
-  !> State of a point at a place.
+  !> Initialises the state of a point at a position.
   subroutine start_at(self, stress, place, state)
     class(profile_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), place(3)
@@ -110,7 +110,7 @@ contains
     if (self%varies_friction) state(self%law%state_count) = value_at(self%profile%fields, field_friction, place, 0.0_wp)
   end subroutine start_at
 
-  !> Strength by the present vertical stress and the largest one so far.
+  !> Computes the strength from the present vertical stress and the largest previous one.
   pure subroutine strengthen(self, stress, state)
     class(profile_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:)
@@ -131,7 +131,7 @@ contains
     vertical = max(0.0_wp, -stress(self%profile%along))
   end function vertical_of
 
-  !> e of a state.
+  !> Stiffness ratio e of a state.
   pure real(wp) function stiffness_of(self, state) result(ratio)
     class(profile_law_type), intent(in) :: self
     real(wp), intent(in) :: state(:)
@@ -140,7 +140,7 @@ contains
     if (self%varies_stiffness) ratio = state(self%at + 1)/self%young
   end function stiffness_of
 
-  !> Update a batch.
+  !> Updates a batch.
   subroutine update(self, batch, tangent)
     class(profile_law_type), intent(in) :: self
     type(batch_type), intent(inout) :: batch
@@ -166,7 +166,7 @@ contains
     end do
   end subroutine update
 
-  !> Fields of stress in the measure of all points.
+  !> Converts to fields of stress in a scale common to all points.
   pure subroutine to_fields(self, stress, state, fields)
     class(profile_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:)
@@ -180,7 +180,7 @@ contains
     fields(:n) = ratio*fields(:n)
   end subroutine to_fields
 
-  !> And back; Young's modulus is the last field but for the friction angle.
+  !> Converts fields back; Young's modulus is the last field before the friction angle.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(profile_law_type), intent(in) :: self
     real(wp), intent(in) :: fields(:), volume_ratio

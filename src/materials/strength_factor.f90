@@ -1,17 +1,16 @@
-!> Strength divided by a factor F, as a safety analysis asks for it: tan(phi)/F, c/F, tension cut-off/F.
+!> Strength divided by a factor F, as required by a safety analysis: tan(phi)/F, c/F, tension cut-off/F.
 !>
-!> With the flow of the material psi stays until phi_F = atan(tan(phi)/F) has come down to it and is phi_F then. Davis
-!> (1968) makes soil of any psi one with associated flow,
+!> With the flow rule of the material psi is constant until phi_F = atan(tan(phi)/F) has decreased to it, and equals
+!> phi_F from then on. Davis (1968) replaces soil of any psi by one with associated flow,
 !>   c* = b c/F,  tan(phi*) = b tan(phi)/F,  psi* = phi*,  b = cos(psi) cos(phi)/(1 - sin(psi) sin(phi)),
 !> A with b of the given angles, B with that of phi_F and psi_F (Tschuchnigg, Schweiger and Sloan 2015).
 !>
-!> Constants of a law that are its strength, as the user names them: which of them a factor F divides, and how.
+!> For user models, and laws without a cohesion and a friction angle, the user names the constants that are the strength
+!> and the rule by which F reduces each of them:
 !>
 !>   DIVIDE      c := c/F
 !>   TAN         phi := atan(tan(phi)/F), degrees
-!>   DILATANCY   psi := min(psi, the smallest lowered angle of TAN), degrees
-!>
-!> For laws that do not say it themselves: models of the user's, and those without a cohesion and an angle.
+!>   DILATANCY   psi := min(psi, the smallest reduced angle of TAN), degrees
 module qsmpm_strength_factor
   use qsmpm_kinds, only: wp, pi
   implicit none
@@ -20,11 +19,11 @@ module qsmpm_strength_factor
   public :: strength_factor_type, lower_strength, lower_tension, is_lowered, operator(==), strength_constant_type, &
     lower_constants
 
-  !> Flow rule of the lowered strength, and its words.
+  !> Flow rule of the reduced strength, and its names.
   integer, parameter, public :: flow_material = 1, flow_davis_a = 2, flow_davis_b = 3
   character(len=8), parameter, public :: flow_words(3) = [character(len=8) :: 'MATERIAL', 'DAVIS A', 'DAVIS B']
 
-  !> F and the flow rule.
+  !> Factor F and flow rule.
   type :: strength_factor_type
     real(wp) :: factor = 1.0_wp
     integer :: flow = flow_material
@@ -34,11 +33,11 @@ module qsmpm_strength_factor
     module procedure :: is_same
   end interface operator(==)
 
-  !> How a constant is lowered, and the words for it.
+  !> Rules by which a constant is reduced, and their names.
   integer, parameter, public :: divide_constant = 1, divide_tangent = 2, follow_friction = 3
   character(len=9), parameter, public :: lowering_words(3) = [character(len=9) :: 'DIVIDE', 'TAN', 'DILATANCY']
 
-  !> Number of a constant, from 1, and one of the values above.
+  !> Number of a constant, from 1, and one of the rules above.
   type :: strength_constant_type
     integer :: number = 0
     integer :: rule = divide_constant
@@ -46,21 +45,21 @@ module qsmpm_strength_factor
 
 contains
 
-  !> Whether both lower a strength alike.
+  !> Whether both reduce a strength in the same way.
   elemental logical function is_same(one, other)
     type(strength_factor_type), intent(in) :: one, other
 
     is_same = .not. abs(one%factor - other%factor) > 0.0_wp .and. one%flow == other%flow
   end function is_same
 
-  !> Whether the strength is another than the material's own.
+  !> Whether the strength differs from that of the material.
   elemental logical function is_lowered(by)
     type(strength_factor_type), intent(in) :: by
 
     is_lowered = .not. by == strength_factor_type()
   end function is_lowered
 
-  !> Lower cohesion and angles; degrees.
+  !> Reduces cohesion and angles; degrees.
   elemental subroutine lower_strength(by, cohesion, friction_angle, dilatancy_angle)
     type(strength_factor_type), intent(in) :: by
     real(wp), intent(inout) :: cohesion, friction_angle, dilatancy_angle
@@ -85,7 +84,7 @@ contains
     end if
   end subroutine lower_strength
 
-  !> Lower a tension cut-off; a huge one is none.
+  !> Reduces a tension cut-off; a huge value is none.
   elemental subroutine lower_tension(by, tensile_strength)
     type(strength_factor_type), intent(in) :: by
     real(wp), intent(inout) :: tensile_strength
@@ -93,7 +92,7 @@ contains
     if (tensile_strength < huge(tensile_strength)) tensile_strength = tensile_strength/by%factor
   end subroutine lower_tension
 
-  !> b of Davis; degrees.
+  !> Factor b of Davis; angles in degrees.
   elemental real(wp) function davis_factor(friction_angle, dilatancy_angle) result(b)
     real(wp), intent(in) :: friction_angle, dilatancy_angle
     real(wp) :: phi, psi
@@ -103,25 +102,25 @@ contains
     b = cos(psi)*cos(phi)/(1.0_wp - sin(psi)*sin(phi))
   end function davis_factor
 
-  !> tan of degrees.
+  !> Tangent of an angle in degrees.
   elemental real(wp) function tan_of(angle)
     real(wp), intent(in) :: angle
 
     tan_of = tan(angle*pi/180.0_wp)
   end function tan_of
 
-  !> Degrees of a tan.
+  !> Angle in degrees of a tangent.
   elemental real(wp) function angle_of(slope)
     real(wp), intent(in) :: slope
 
     angle_of = atan(slope)*180.0_wp/pi
   end function angle_of
 
-  !> Lower the constants that are named.
+  !> Reduces the named constants.
   pure subroutine lower_constants(named, by, constants)
     type(strength_constant_type), intent(in) :: named(:)
     type(strength_factor_type), intent(in) :: by
-    !> In the order of the model.
+    !> Constants in the order of the model.
     real(wp), intent(inout) :: constants(:)
     real(wp) :: least, nothing, none
     integer :: i

@@ -1,15 +1,15 @@
-!> A law of effective stress with pore water that cannot leave: undrained soil.
+!> A law of effective stress with pore water that cannot drain: undrained soil.
 !>
 !> With the excess pore pressure p, positive in compression, K = K_w/n and J = det F of the step
 !>   p_end = p - K ln J,   sigma = sigma' - p,   Q = Q' - p_end cof F,   cof F = J F^-T,
 !>   A = A' + J (K - p_end) F^-T x F^-T + p_end J (F^-T)_il (F^-T)_kj   for (ij, kl),
-!> Q' and A' those of the law for sigma' = sigma + p at the start. K is in proportion to the soil's G of the step
-!> (nu and nu_u stay). Sums of ln J do not depend on the steps. p is the
-!> last state variable. The stress of points is sigma: the equations of motion know nothing of pore water.
+!> Q' and A' those of the law for sigma' = sigma + p at the start. K is proportional to the soil's G of the step
+!> (nu and nu_u are constant). Sums of ln J do not depend on the steps. p is the
+!> last state variable. The stress of points is sigma: the equations of motion do not involve the pore water.
 !>
-!> In a phase that lets the excess pressure out (drainage_dissipates) it falls in proportion to the load fraction,
+!> In a phase in which the excess pressure dissipates (drainage_dissipates) it decreases with the load fraction,
 !>   p_end = p (1 - t_end)/(1 - t_start),
-!> whatever the soil does, so that the skeleton takes over what the water carried step by step, in equilibrium.
+!> independently of the soil, so that stress is transferred step by step from the water to the skeleton, in equilibrium.
 module qsmpm_undrained_law
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
@@ -25,14 +25,14 @@ module qsmpm_undrained_law
 
   !> Name of the state variable.
   character(len=*), parameter, public :: excess_pressure_name = 'excess_pore_pressure'
-  !> Load fraction below which nothing of a phase is left.
+  !> Remaining load fraction below which a phase is at its end.
   real(wp), parameter :: end_of_phase = 1.0e-12_wp
 
-  !> The law; that inside is of the effective stress.
+  !> The undrained law; the inner law is that of the effective stress.
   type, extends(outer_law_type) :: undrained_law_type
-    !> K_w/n over G.
+    !> Ratio of K_w/n to G.
     real(wp) :: ratio = 0.0_wp
-    !> One of drainage_* of each phase; unallocated: undrained in all of them (phases).
+    !> One of drainage_* of each phase; unallocated: undrained in all phases (phases).
     integer, allocatable :: drainage(:)
   contains
     procedure :: start_at
@@ -48,7 +48,7 @@ module qsmpm_undrained_law
 
 contains
 
-  !> Put pore water into a law of effective stress; total stress analysis (TYPE=C) has none.
+  !> Adds pore water to a law of effective stress; total stress analysis (TYPE=C) has none.
   subroutine make_undrained(undrained, law, error)
     type(undrained_type), intent(in) :: undrained
     class(law_type), allocatable, intent(inout) :: law
@@ -73,7 +73,7 @@ contains
     call move_alloc(wet, law)
   end subroutine make_undrained
 
-  !> One state variable more.
+  !> Adds the excess pore pressure to the state variables.
   subroutine name_states(law, wet)
     class(law_type), intent(in) :: law
     type(undrained_law_type), intent(inout) :: wet
@@ -89,7 +89,7 @@ contains
     wet%state_names = names
   end subroutine name_states
 
-  !> A given stress is effective: no excess pressure.
+  !> Initialises the state: the given stress is effective, the excess pressure zero.
   subroutine start_at(self, stress, place, state)
     class(undrained_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), place(3)
@@ -99,7 +99,7 @@ contains
     state(self%state_count) = 0.0_wp
   end subroutine start_at
 
-  !> The strength follows the effective stress.
+  !> Updates the strength from the effective stress.
   pure subroutine strengthen(self, stress, state)
     class(undrained_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:)
@@ -109,7 +109,7 @@ contains
       state(:self%law%state_count))
   end subroutine strengthen
 
-  !> Update a batch: the law inside works on it with effective stresses, which become total again.
+  !> Updates a batch: the inner law receives effective stresses, which are then converted to total stresses.
   subroutine update(self, batch, tangent)
     class(undrained_law_type), intent(in) :: self
     type(batch_type), intent(inout) :: batch
@@ -132,11 +132,11 @@ contains
     end associate
   end subroutine update
 
-  !> Excess pressure of the end, its share of Q and A; the stress of the start is effective.
+  !> Computes the excess pressure at the end and adds its part to Q and A; the stress at the start is effective.
   pure subroutine add_water(self, batch, p, tangent)
     class(undrained_law_type), intent(in) :: self
     type(batch_type), intent(inout) :: batch
-    !> Number of the point, and which tangent is wanted.
+    !> Number of the point, and requested tangent.
     integer, intent(in) :: p, tangent
     real(wp) :: f(3, 3), back(3, 3), det, stiffness
     integer :: i, j, d
@@ -166,13 +166,13 @@ contains
     end associate
   end subroutine add_water
 
-  !> Excess pressure at the end of a step.
+  !> Computes the excess pressure at the end of a step.
   pure subroutine find_pressure(self, step_info, logarithm, before, stiffness, after)
     class(undrained_law_type), intent(in) :: self
     type(step_info_type), intent(in) :: step_info
     !> ln J of the step, excess pressure at its start.
     real(wp), intent(in) :: logarithm, before
-    !> K_w/n; nothing where the water can leave.
+    !> K_w/n; set to zero where the water can drain.
     real(wp), intent(inout) :: stiffness
     real(wp), intent(out) :: after
     real(wp) :: left
@@ -190,14 +190,14 @@ contains
     if (left > end_of_phase) after = before*left/(1.0_wp - step_info%start)
   end subroutine find_pressure
 
-  !> Fields of the law inside, and the excess pressure.
+  !> Number of fields: those of the inner law, and the excess pressure.
   pure integer function fit_count(self)
     class(undrained_law_type), intent(in) :: self
 
     fit_count = self%law%fit_count() + 1
   end function fit_count
 
-  !> Fields of the effective stress, and the excess pressure.
+  !> Converts to fields of the effective stress, and the excess pressure.
   pure subroutine to_fields(self, stress, state, fields)
     class(undrained_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:)
@@ -209,7 +209,7 @@ contains
     fields(n) = state(self%state_count)
   end subroutine to_fields
 
-  !> And back.
+  !> Converts fields back.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(undrained_law_type), intent(in) :: self
     real(wp), intent(in) :: fields(:), volume_ratio
@@ -222,7 +222,7 @@ contains
     stress(:3) = stress(:3) - fields(n)
   end subroutine from_fields
 
-  !> sigma' = sigma + p.
+  !> Effective stress sigma' = sigma + p.
   pure function effective_stress(self, stress, state) result(effective)
     class(undrained_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:)
@@ -232,7 +232,7 @@ contains
     effective(:3) = effective(:3) + state(self%state_count)
   end function effective_stress
 
-  !> That of the law inside.
+  !> Shear modulus of the inner law.
   pure real(wp) function shear_modulus(self, stress, state) result(shear)
     class(undrained_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:)
@@ -240,7 +240,7 @@ contains
     shear = self%law%shear_modulus(stress, state(:self%law%state_count))
   end function shear_modulus
 
-  !> That of the law inside, of effective stress.
+  !> Shear compliance of the inner law at the effective stress.
   pure function shear_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
     class(undrained_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change

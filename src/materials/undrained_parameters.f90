@@ -1,6 +1,6 @@
-!> What the user says of undrained soil, as plain data, and the stiffness of its pore water.
+!> Parameters of undrained soil as plain data, and the stiffness of its pore water.
 !>
-!> The pore water resists changes of volume beside the soil skeleton (G, nu of the effective stress):
+!> The pore water resists changes of volume in addition to the soil skeleton (G, nu of the effective stress):
 !>   K_w/n = (2G/3) [(1 + nu_u)/(1 - 2 nu_u) - (1 + nu)/(1 - 2 nu)],
 !> nu_u the undrained ratio, or from Skempton's B = (K_w/n)/(K_w/n + K'):
 !>   nu_u = [3 nu + B (1 - 2 nu)]/[3 - B (1 - 2 nu)]
@@ -13,28 +13,28 @@ module qsmpm_undrained_parameters
 
   public :: undrained_type, undrained_ratio, water_stiffness
 
-  !> Types, numbered as the words of the deck.
+  !> Types, numbered as the choices of the keyword.
   integer, parameter, public :: undrained_a = 1, undrained_b = 2, undrained_c = 3
-  !> What the pore water does in a phase: resists; gives up its excess pressure in proportion to the load fraction,
-  !> to nothing at the end; keeps the pressure it has.
+  !> Behaviour of the pore water in a phase: undrained; dissipation of the excess pressure in proportion to the load
+  !> fraction, to zero at the end; constant excess pressure.
   integer, parameter, public :: drainage_none = 0, drainage_dissipates = 1, drainage_keeps = 2
 
   !> Undrained behaviour of a material.
   type :: undrained_type
     logical :: given = .false.
     integer :: kind = undrained_a
-    !> nu_u; Skempton's B in its place where positive.
+    !> nu_u; Skempton's B is used instead if positive.
     real(wp) :: poisson = 0.495_wp
     real(wp) :: skempton = -1.0_wp
-    !> Effective strength may be dilatant.
+    !> Whether the effective strength may be dilatant.
     logical :: dilatant = .false.
-    !> One of drainage_* of each phase; unallocated: undrained in all of them (phases).
+    !> One of drainage_* of each phase; unallocated: undrained in all phases (phases).
     integer, allocatable :: drainage(:)
   end type undrained_type
 
 contains
 
-  !> nu_u of a skeleton with nu.
+  !> Undrained ratio nu_u of a skeleton with nu.
   pure real(wp) function undrained_ratio(undrained, poisson) result(ratio)
     type(undrained_type), intent(in) :: undrained
     real(wp), intent(in) :: poisson

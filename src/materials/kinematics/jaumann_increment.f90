@@ -2,23 +2,23 @@
 !>
 !> The law is d(sigma) = D d(eps) - sigma tr d(eps) + W sigma - sigma W (Beuth et al. 2008, eqs. 8
 !> and 11; their omega of eq. 10 is -W). Two rules integrate it:
-!> - paper: eqs. 9, 10 and 26 with the start stress everywhere, first order;
+!> - paper: eqs. 9, 10 and 26 with the stress at the start in all terms, first order;
 !> - midpoint: strain and spin on the mid configuration, half the finite rotation R before and half
 !>   after the strain increment, -sigma tr d(eps) with the mean of both stresses:
 !>     (1 + tr/2) sigma_trial = (1 - tr/2) R sigma0 R^T + D d(eps),
 !>     sigma = R return(sigma_trial) R^T,
 !>   second order, objective, and exact under confined compression in any number of steps.
-!> With the Cauchy rate, the usual one of a UMAT, the terms -sigma tr d(eps) are absent from both.
-!> Both are one formula, whose terms `rotated_increment_type` holds. The return mapping and the derivative are those of
-!> qsmpm_jaumann_solid; the plane has its own form of all this, qsmpm_jaumann_plane.
+!> With the Cauchy rate, the usual one of a UMAT, both rules are without the terms -sigma tr d(eps).
+!> Both rules have one form, whose terms `rotated_increment_type` stores. The return mapping and the derivative are in
+!> qsmpm_jaumann_solid; plane problems have a separate formulation, qsmpm_jaumann_plane.
 !>
-!> Kinematics of the midpoint rule for stress rates (Hughes and Winget 1980).
+!> Kinematics of the midpoint rule (Hughes and Winget 1980).
 !>
 !> G = (F - I) ((F + I)/2)^-1 is the displacement gradient on the mid configuration: its symmetric
 !> part is the strain increment, and the Cayley transform of its skew part W is a finite rotation
-!> that is exact for a rigid turn. Here the rotation is halved: half before and half after the
-!> strain increment makes the rule of second order. With t = axial(W)/2 the half rotation turns by
-!> atan |t| about t.
+!> that is exact for a rigid rotation. Here the rotation is halved: half before and half after the
+!> strain increment makes the rule second-order accurate. With t = axial(W)/2 the half rotation is by the
+!> angle atan |t| about t.
 module qsmpm_jaumann_increment
   use qsmpm_kinds, only: wp
   use qsmpm_tensor, only: cofactor, identity
@@ -27,21 +27,21 @@ module qsmpm_jaumann_increment
 
   public :: rotated_increment_type, make_increment, is_cauchy, half_rotation, rotation_jacobian, axial
 
-  !> How the rate of J sigma is integrated, numbered as in the deck's description, and that of sigma.
+  !> Integration of the rate of J sigma, numbered as in the deck's description, and of that of sigma.
   integer, parameter, public :: rate_paper = 1, rate_midpoint = 2, rate_paper_cauchy = 3, rate_midpoint_cauchy = 4
 
-  !> Smallest 1 + tr/2 of the midpoint rule; at 0 the volume is compressed to nothing.
+  !> Smallest 1 + tr/2 of the midpoint rule; at 0 the volume is compressed to zero.
   real(wp), parameter, public :: smallest_pivot = 1.0e-3_wp
 
-  !> sigma_trial = (keep start + D d(eps) - ...)/pivot, and what its derivative needs.
+  !> sigma_trial = (keep start + D d(eps) - ...)/pivot, and the data of its derivative.
   type :: rotated_increment_type
-    !> Whether the stress turns by `rotation` before and after the strain increment.
+    !> Whether the stress is rotated by `rotation` before and after the strain increment.
     logical :: turns = .false.
-    !> ((F + I)/2)^-1, not used where the stress does not turn: dG = mid dF mid (3,3).
+    !> ((F + I)/2)^-1, not used where the stress is not rotated: dG = mid dF mid (3,3).
     real(wp) :: mid(3, 3) = 0.0_wp
-    !> Half rotation, not used where the stress does not turn (3,3).
+    !> Half rotation, not used where the stress is not rotated (3,3).
     real(wp) :: rotation(3, 3) = 0.0_wp
-    !> Spin of the half rotation by the axial vector of dG (3,3).
+    !> Derivative of the spin of the half rotation with respect to the axial vector of dG (3,3).
     real(wp) :: spin(3, 3) = 0.0_wp
     !> Start stress after the first half rotation (3,3).
     real(wp) :: start(3, 3) = 0.0_wp
@@ -55,7 +55,7 @@ module qsmpm_jaumann_increment
 
 contains
 
-  !> Trial stress of a step.
+  !> Computes the trial stress of a step.
   pure subroutine make_increment(rate, lame, shear, f, stress, increment, ok)
     !> One of rate_*.
     integer, intent(in) :: rate
@@ -77,7 +77,7 @@ contains
     end if
   end subroutine make_increment
 
-  !> Whether the rate is that of sigma.
+  !> Whether the rate is that of the Cauchy stress sigma.
   pure logical function is_cauchy(rate)
     !> One of rate_*.
     integer, intent(in) :: rate
@@ -85,11 +85,11 @@ contains
     is_cauchy = rate == rate_paper_cauchy .or. rate == rate_midpoint_cauchy
   end function is_cauchy
 
-  !> Eq. 26 with eqs. 9 and 10.
+  !> Computes the increment by eq. 26 with eqs. 9 and 10.
   pure subroutine paper_increment(lame, shear, cauchy, g, stress, increment)
     !> Lame's first modulus; shear modulus.
     real(wp), intent(in) :: lame, shear
-    !> The rate of sigma.
+    !> Whether the rate is that of sigma.
     logical, intent(in) :: cauchy
     !> Displacement gradient on the start configuration (3,3); Cauchy stress at the start (3,3).
     real(wp), intent(in) :: g(3, 3), stress(3, 3)
@@ -104,16 +104,16 @@ contains
     increment%trial = stress + turn + transpose(turn) + hooke(lame, shear, g) - trace(g)*increment%volume_stress
   end subroutine paper_increment
 
-  !> The midpoint rule.
+  !> Computes the increment by the midpoint rule.
   pure subroutine midpoint_increment(lame, shear, cauchy, f, stress, increment, ok)
     !> Lame's first modulus; shear modulus.
     real(wp), intent(in) :: lame, shear
-    !> The rate of sigma.
+    !> Whether the rate is that of sigma.
     logical, intent(in) :: cauchy
     !> Incremental deformation gradient (3,3); Cauchy stress at the start (3,3).
     real(wp), intent(in) :: f(3, 3), stress(3, 3)
     type(rotated_increment_type), intent(out) :: increment
-    !> False when the mid configuration is turned inside out or compressed to nothing.
+    !> False when the mid configuration is inverted or compressed to zero volume.
     logical, intent(out) :: ok
     real(wp) :: half(3, 3), g(3, 3), t(3), det
 
@@ -180,8 +180,8 @@ contains
     rotation = rotation + c*skew(t)
   end function half_rotation
 
-  !> L of d(rotation) rotation^T = skew(L dt): the rotation vector angle n with tan(angle) = |t|
-  !> has L = c^2 n n^T + (sin/|t|)(I - n n^T) + ((1 - cos)/|t|) skew(n).
+  !> L of d(rotation) rotation^T = skew(L dt): for the rotation about n with tan(angle) = |t|,
+  !> L = c^2 n n^T + (sin/|t|)(I - n n^T) + ((1 - cos)/|t|) skew(n).
   pure function rotation_jacobian(t) result(jacobian)
     !> Half the axial vector of W (3).
     real(wp), intent(in) :: t(3)

@@ -1,10 +1,10 @@
 !> The Jaumann rate (qsmpm_principal_law) in plane strain and axisymmetry.
 !>
-!> Symmetric tensors are those of qsmpm_plane_frame, turned into the frame at the end of the step, in which
+!> Symmetric tensors are stored as in qsmpm_plane_frame, in the frame at the end of the step, in which
 !> dG = (R mid) dF (mid R^T). The trial, a stress of Hookean models and the elastic strain of the others, changes by a
 !> matrix times mean, half difference and shear of the symmetric part of dG, its spin (dG_21 - dG_12)/2, and dG_33.
-!> Everything is scalars: the half rotation R by t = tan(angle) has cos = 1/(1 + t^2)^(1/2), and turns a tensor by
-!> cos2 = (1 - t^2) cos^2, sin2 = 2 t cos^2; the spin of R is half of cos^2 times that of dG.
+!> All quantities are scalars: the half rotation R by t = tan(angle) has cos = 1/(1 + t^2)^(1/2), and rotates a tensor
+!> by cos2 = (1 - t^2) cos^2, sin2 = 2 t cos^2; the spin of R is half of cos^2 times that of dG.
 module qsmpm_jaumann_plane
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -18,15 +18,15 @@ module qsmpm_jaumann_plane
 
   public :: update_plane
 
-  !> A step of a point up to its trial. Nothing is set before: hot loops pay for that.
+  !> A step of a point up to its trial. It has no default values, which would cost time at every point.
   type :: stress_step_type
-    !> Whether the stress turns before and after the strain increment.
+    !> Whether the stress is rotated before and after the strain increment.
     logical :: turns
     !> Whether the rate is that of J sigma, with the terms -sigma tr d(eps).
     logical :: volume
-    !> Half rotation: cosine, tangent, and the turn of a tensor.
+    !> Half rotation: cosine, tangent, and the rotation of a tensor.
     real(wp) :: cosine, t, cos2, sin2
-    !> Spin of the half rotation by the spin of dG.
+    !> Derivative of the spin of the half rotation with respect to the spin of dG.
     real(wp) :: spin
     !> ((F + I)/2)^-1: 11, 21, 12, 22, 33.
     real(wp) :: mid(5)
@@ -39,8 +39,8 @@ module qsmpm_jaumann_plane
 
 contains
 
-  !> Update a batch; points with a status other than ok are left half done. The loop works on the arrays themselves: a
-  !> component of the batch would be looked up again at every point.
+  !> Updates a batch; points with a status other than ok are incomplete. The loop works on the arrays themselves,
+  !> because components of the batch would be dereferenced at every point.
   pure subroutine update_plane(model, rate, blend, batch, tangent)
     class(principal_model_type), intent(in) :: model
     !> One of rate_* of qsmpm_jaumann_increment.
@@ -48,7 +48,7 @@ contains
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
     type(batch_type), intent(inout) :: batch
-    !> Which tangent is wanted.
+    !> Requested tangent.
     integer, intent(in) :: tangent
 
     call update_points(model, rate, elastic_share(tangent, blend), tangent, batch%count, size(batch%state, 1), &
@@ -56,17 +56,17 @@ contains
       batch%tangent, batch%status, batch%plastic, batch%message)
   end subroutine update_plane
 
-  !> Update points.
+  !> Updates the points of a batch.
   pure subroutine update_points(model, rate, share, tangent, n, m, gradient, stress_start, state_start, cell_size, &
     stress, state, piola, a, status, plastic, message)
     class(principal_model_type), intent(in) :: model
-    !> Rate, share of the elastic tangent, which tangent is wanted.
+    !> Rate, share of the elastic tangent, requested tangent.
     integer, intent(in) :: rate
     real(wp), intent(in) :: share
     integer, intent(in) :: tangent
-    !> Points, and state variables of a point.
+    !> Number of points, and of state variables of a point.
     integer, intent(in) :: n, m
-    !> As of batch_type.
+    !> As in batch_type.
     real(wp), intent(in) :: gradient(5, n), stress_start(4, n), state_start(m, n)
     real(wp), intent(in), optional :: cell_size(n)
     real(wp), intent(inout) :: stress(4, n), state(m, n), piola(5, n)
@@ -111,24 +111,24 @@ contains
       call plane_piola(stress(:, p), gradient(:, p), piola(:, p))
       if (tangent == tangent_none) cycle
       if (principal) then
-        ! The plane turns one pair of directions only.
+        ! Only one pair of directions rotates in the plane.
         result%quotient = pair_quotient(value, result%stress, result%derivative, 1, 2)
         call blend_elastic(model, modulus, value, share, result)
         end = from_principal(result%stress, turn(2), turn(3))
         map = frame_map(result%derivative, result%quotient(1), turn(2), turn(3))
       end if
-      ! [K^E + K^G]^0 is that of the rate of J sigma.
+      ! [K^E + K^G]^0 corresponds to the rate of J sigma.
       if (tangent == tangent_elastic .and. model%hookean) step%volume = .true.
       call point_tangent(step, principal, map, end, gradient(:, p), a(:, :, p))
     end do
   end subroutine update_points
 
-  !> Elastic strain of a Cauchy stress.
+  !> Computes the elastic strain of a Cauchy stress.
   pure subroutine start_strain(model, tensor, modulus)
     class(principal_model_type), intent(in) :: model
     !> In: Cauchy stress. Out: strain, or the stress where it is not finite. Mean, half difference, shear, 33.
     real(wp), intent(inout) :: tensor(4)
-    !> Shear modulus of the step; stays as it is where the stress is not finite.
+    !> Shear modulus of the step; unchanged where the stress is not finite.
     real(wp), intent(inout) :: modulus
     real(wp) :: value(3), c, s
 
@@ -138,7 +138,7 @@ contains
     tensor = from_principal(model%elastic_strain(modulus, value), c, s)
   end subroutine start_strain
 
-  !> Trial of a step.
+  !> Computes the trial of a step.
   pure subroutine make_step(model, lame, shear, paper, cauchy, f, stress, modulus, step, status)
     class(principal_model_type), intent(in) :: model
     !> Lame's moduli of the trial.
@@ -147,17 +147,17 @@ contains
     logical, intent(in) :: paper, cauchy
     !> Incremental deformation gradient, packed; Cauchy stress at the start.
     real(wp), intent(in) :: f(5), stress(4)
-    !> Shear modulus of the step; stays as it is for a Hookean model.
+    !> Shear modulus of the step; unchanged for a Hookean model.
     real(wp), intent(inout) :: modulus
     type(stress_step_type), intent(out) :: step
-    !> status_ok, or why there is none.
+    !> status_ok, or the reason for which there is no trial.
     integer, intent(out) :: status
     real(wp) :: g(5), start(4), det
 
     status = status_failed
     if (.not. all(ieee_is_finite(stress))) return
     status = status_cut
-    ! A gradient that is not finite has no finite determinant.
+    ! The determinant of a gradient that is not finite is not finite.
     det = f(1)*f(4) - f(3)*f(2)
     if (.not. ieee_is_finite(det*f(5))) return
     if (.not. (det > 0.0_wp .and. f(5) > 0.0_wp)) return
@@ -175,7 +175,7 @@ contains
     end if
   end subroutine make_step
 
-  !> Eq. 26 with eqs. 9 and 10.
+  !> Computes the trial by eq. 26 with eqs. 9 and 10.
   pure subroutine paper_step(g, start, step)
     !> Displacement gradient on the start configuration, packed; stress or elastic strain at the start.
     real(wp), intent(in) :: g(5), start(4)
@@ -198,14 +198,14 @@ contains
     step%trial = [trial(1), trial(2) - spin*start(3), trial(3) + spin*start(2), trial(4)]
   end subroutine paper_step
 
-  !> The midpoint rule.
+  !> Computes the trial by the midpoint rule.
   pure subroutine midpoint_step(f, u, start, step, status)
     !> Incremental deformation gradient, packed.
     real(wp), intent(in) :: f(5)
     !> F - I, packed; stress or elastic strain at the start.
     real(wp), intent(in) :: u(5), start(4)
     type(stress_step_type), intent(inout) :: step
-    !> status_cut when the mid configuration is turned inside out or compressed to nothing.
+    !> status_cut when the mid configuration is inverted or compressed to zero volume.
     integer, intent(inout) :: status
     real(wp) :: g(5), half(4), det, trace, c
 
@@ -233,7 +233,7 @@ contains
     step%trial = (step%keep*step%start + elastic_change(step, g))*(1.0_wp/step%pivot)
   end subroutine midpoint_step
 
-  !> What the symmetric part of a gradient adds to the trial: the stress of linear elasticity, or the strain.
+  !> Change of the trial with the symmetric part of a gradient: the stress of linear elasticity, or the strain.
   pure function elastic_change(step, g) result(stress)
     type(stress_step_type), intent(in) :: step
     !> Displacement gradient, packed.
@@ -245,7 +245,7 @@ contains
       mean + 2.0_wp*step%shear*g(5)]
   end function elastic_change
 
-  !> A tensor after a half rotation.
+  !> A tensor after the half rotation.
   pure function turned(step, a) result(b)
     type(stress_step_type), intent(in) :: step
     !> The tensor.
@@ -255,8 +255,8 @@ contains
     b = [a(1), step%cos2*a(2) - step%sin2*a(3), step%sin2*a(2) + step%cos2*a(3), a(4)]
   end function turned
 
-  !> Principal values: the larger and the smaller one of the plane, 33. Here, as a call to another module would cost as
-  !> much as the rest of a point that does not yield.
+  !> Principal values: the larger and the smaller in-plane value, 33. The function is in this module because a call to
+  !> another module would cost as much as the rest of a point that does not yield.
   pure function principal_values(mean, half, shear, normal) result(value)
     !> Mean, half difference, shear, 33.
     real(wp), intent(in) :: mean, half, shear, normal
@@ -266,7 +266,7 @@ contains
     value = [mean + radius, mean - radius, normal]
   end function principal_values
 
-  !> 11, 22, 33, 12.
+  !> Components 11, 22, 33, 12.
   pure function stress_order(tensor) result(stress)
     !> Mean, half difference, shear, 33.
     real(wp), intent(in) :: tensor(4)
@@ -275,10 +275,10 @@ contains
     stress = [tensor(1) + tensor(2), tensor(1) - tensor(2), tensor(4), tensor(3)]
   end function stress_order
 
-  !> Change of the stress with mean, half difference, shear and spin of dG, and dG_33.
+  !> Computes the change of the stress with mean, half difference, shear and spin of dG, and dG_33.
   pure subroutine stress_change(step, principal, map, stress, change)
     type(stress_step_type), intent(in) :: step
-    !> Whether the stress is another than the trial, by `map`.
+    !> Whether the stress differs from the trial, by `map`.
     logical, intent(in) :: principal
     !> Change of the stress with the trial; stress at the end.
     real(wp), intent(in) :: map(4, 4), stress(4)
@@ -309,10 +309,10 @@ contains
     change(3, 4) = change(3, 4) + 2.0_wp*step%spin*stress(2)
   end subroutine stress_change
 
-  !> A = dQ/dF of a point.
+  !> Computes A = dQ/dF of a point.
   pure subroutine point_tangent(step, principal, map, stress, f, a)
     type(stress_step_type), intent(in) :: step
-    !> Whether the stress is another than the trial, by `map`.
+    !> Whether the stress differs from the trial, by `map`.
     logical, intent(in) :: principal
     !> Change of the stress with the trial; stress at the end; incremental deformation gradient, packed.
     real(wp), intent(in) :: map(4, 4), stress(4), f(5)
@@ -335,7 +335,7 @@ contains
     call add_geometry(stress_order(stress), f, a)
   end subroutine point_tangent
 
-  !> R mid and mid R^T.
+  !> Computes R mid and mid R^T.
   pure subroutine mid_factors(step, left, right)
     type(stress_step_type), intent(in) :: step
     !> R mid; mid R^T.
@@ -352,7 +352,7 @@ contains
     end associate
   end subroutine mid_factors
 
-  !> What the change of det(F) F^-T adds: tr(l) Q - Q dF^T F^-T.
+  !> Adds the change of det(F) F^-T: tr(l) Q - Q dF^T F^-T.
   pure subroutine add_geometry(stress, f, a)
     !> Cauchy stress that enters the tangent; incremental deformation gradient, packed.
     real(wp), intent(in) :: stress(4), f(5)

@@ -1,9 +1,9 @@
 !> The Jaumann rate (qsmpm_principal_law) in three dimensions.
 !>
-!> The change of the stress is worked out in the frame at the end of the step, in which
-!> dG = (R mid) dF (mid R^T): elasticity stays as it is, R commutes with the spin of the half rotation, and only
-!> the start and the principal directions of the trial are turned. The matrix of the change, six components of the
-!> stress by nine of dG, is contracted with the two factors of dG one after the other.
+!> The change of the stress is computed in the frame at the end of the step, in which
+!> dG = (R mid) dF (mid R^T): elasticity is unchanged, R commutes with the spin of the half rotation, and only
+!> the stress at the start and the principal directions of the trial are rotated. The matrix of the change, six
+!> components of the stress by nine of dG, is contracted with the two factors of dG one after the other.
 module qsmpm_jaumann_solid
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -20,7 +20,7 @@ module qsmpm_jaumann_solid
 
 contains
 
-  !> Update a batch; points with a status other than ok are left half done.
+  !> Updates a batch; points with a status other than ok are incomplete.
   pure subroutine update_solid(model, rate, blend, batch, tangent)
     class(principal_model_type), intent(in) :: model
     !> One of rate_* of qsmpm_jaumann_increment.
@@ -28,7 +28,7 @@ contains
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
     type(batch_type), intent(inout) :: batch
-    !> Which tangent is wanted.
+    !> Requested tangent.
     integer, intent(in) :: tangent
     type(rotated_increment_type) :: increment
     type(stress_update_type) :: result
@@ -64,27 +64,27 @@ contains
         call blend_elastic(model, modulus, trial, elastic_share(tangent, blend), result)
         call end_stress(increment, principal, result%stress, n, stress)
       end if
-      ! [K^E + K^G]^0 is that of the rate of J sigma.
+      ! [K^E + K^G]^0 corresponds to the rate of J sigma.
       if (tangent == tangent_elastic .and. model%hookean .and. is_cauchy(rate)) &
         increment%volume_stress = increment%start
       call point_tangent(model, increment, principal, result, n, stress, inverse, det, batch%tangent(:, :, p))
     end do
   end subroutine update_solid
 
-  !> Check the point, F^-1, det(F), trial.
+  !> Checks the point and computes F^-1, det(F) and the trial.
   pure subroutine start_point(model, rate, f, stress, modulus, increment, inverse, det, status)
     class(principal_model_type), intent(in) :: model
     !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
     !> Incremental deformation gradient; Cauchy stress at the start.
     real(wp), intent(in) :: f(3, 3), stress(6)
-    !> Shear modulus of the step; stays as it is for a Hookean model.
+    !> Shear modulus of the step; unchanged for a Hookean model.
     real(wp), intent(inout) :: modulus
     !> The step up to the trial.
     type(rotated_increment_type), intent(out) :: increment
     !> F^-1 and det(F).
     real(wp), intent(out) :: inverse(3, 3), det
-    !> status_ok, or why there is none.
+    !> status_ok, or the reason for which there is no trial.
     integer, intent(out) :: status
     real(wp) :: start(3, 3), value(3), n(3, 3)
     logical :: ok
@@ -95,7 +95,7 @@ contains
     status = status_cut
     det = f(1, 1)*(f(2, 2)*f(3, 3) - f(3, 2)*f(2, 3)) + f(2, 1)*(f(3, 2)*f(1, 3) - f(1, 2)*f(3, 3)) &
       + f(3, 1)*(f(1, 2)*f(2, 3) - f(2, 2)*f(1, 3))
-    ! A gradient that is not finite has no finite determinant.
+    ! The determinant of a gradient that is not finite is not finite.
     if (.not. ieee_is_finite(det)) return
     if (.not. det > 0.0_wp) return
     inverse = inverse_of(f, det)
@@ -129,7 +129,7 @@ contains
     b = [a(1, 1), a(2, 2), a(3, 3), a(1, 2), a(1, 3), a(2, 3)]
   end function packed
 
-  !> a b.
+  !> Product a b.
   pure function product_of(a, b) result(c)
     !> First tensor; second tensor.
     real(wp), intent(in) :: a(3, 3), b(3, 3)
@@ -141,7 +141,7 @@ contains
     end do
   end function product_of
 
-  !> a s a^T of a symmetric s.
+  !> Product a s a^T of a symmetric s.
   pure function turned(a, s) result(c)
     !> Rotation; symmetric tensor.
     real(wp), intent(in) :: a(3, 3), s(3, 3)
@@ -150,12 +150,12 @@ contains
     c = product_of(product_of(a, s), transpose(a))
   end function turned
 
-  !> Stress at the end of the step.
+  !> Computes the stress at the end of the step.
   pure subroutine end_stress(increment, principal, value, n, stress)
     type(rotated_increment_type), intent(in) :: increment
-    !> Whether the stress is another than the trial.
+    !> Whether the stress differs from the trial.
     logical, intent(in) :: principal
-    !> Its principal values then (3), and principal directions of the trial, turned (3,3).
+    !> Its principal values in that case (3), and rotated principal directions of the trial (3,3).
     real(wp), intent(in) :: value(3), n(3, 3)
     !> Cauchy stress.
     real(wp), intent(out) :: stress(3, 3)
@@ -172,7 +172,7 @@ contains
     end if
   end subroutine end_stress
 
-  !> det(F) s F^-T.
+  !> Computes det(F) s F^-T.
   pure subroutine first_piola(s, inverse, det, piola)
     !> Symmetric tensor; F^-1; det(F).
     real(wp), intent(in) :: s(3, 3), inverse(3, 3), det
@@ -185,11 +185,11 @@ contains
     end do
   end subroutine first_piola
 
-  !> A = dQ/dF of a point.
+  !> Computes A = dQ/dF of a point.
   pure subroutine point_tangent(model, increment, principal, result, n, stress, inverse, det, a)
     class(principal_model_type), intent(in) :: model
     type(rotated_increment_type), intent(in) :: increment
-    !> Whether the stress is another than the trial; stress and derivative then, and directions of the trial, turned.
+    !> Whether the stress differs from the trial; if so, stress and derivative, and rotated directions of the trial.
     logical, intent(in) :: principal
     type(stress_update_type), intent(in) :: result
     real(wp), intent(in) :: n(3, 3)
@@ -205,7 +205,7 @@ contains
     call piola_tangent(stress, inverse, det, change, a)
   end subroutine point_tangent
 
-  !> A from the change of the stress with dF.
+  !> Computes A from the change of the stress with dF.
   pure subroutine piola_tangent(stress, inverse, det, change, a)
     !> Cauchy stress that enters the tangent; F^-1; det(F).
     real(wp), intent(in) :: stress(3, 3), inverse(3, 3), det
@@ -229,7 +229,7 @@ contains
     end do
   end subroutine piola_tangent
 
-  !> From the change with dG to that with dF, dG_ab = left_ak dF_kL right_Lb.
+  !> Converts the change with dG to that with dF, dG_ab = left_ak dF_kL right_Lb.
   pure subroutine contract(left, right, change)
     !> The factors, R mid and mid R^T.
     real(wp), intent(in) :: left(3, 3), right(3, 3)
@@ -250,11 +250,11 @@ contains
     end do
   end subroutine contract
 
-  !> Change of the stress with dG.
+  !> Computes the change of the stress with dG.
   pure subroutine stress_change(model, increment, principal, result, n, stress, change)
     class(principal_model_type), intent(in) :: model
     type(rotated_increment_type), intent(in) :: increment
-    !> Whether the stress is another than the trial; stress and derivative then, and directions of the trial, turned.
+    !> Whether the stress differs from the trial; if so, stress and derivative, and rotated directions of the trial.
     logical, intent(in) :: principal
     type(stress_update_type), intent(in) :: result
     real(wp), intent(in) :: n(3, 3)
@@ -286,7 +286,7 @@ contains
     call by_gradient(part(:, :6), spin, change)
   end subroutine stress_change
 
-  !> Change with dG from those with its symmetric part, shear gamma, and with half the axial vector of its skew part.
+  !> Computes the change with dG from those with its symmetric part (shear gamma) and half the axial vector of dG.
   pure subroutine by_gradient(strain, spin, change)
     real(wp), intent(in) :: strain(6, 6), spin(6, 3)
     real(wp), intent(out) :: change(6, 3, 3)
@@ -303,9 +303,9 @@ contains
     change(:, 2, 3) = strain(:, 6) - spin(:, 1)
   end subroutine by_gradient
 
-  !> Change W s - s W of a stress, W the skew tensor of `turn` times a unit vector, for the three of them.
+  !> Products W s - s W of a stress, where W is the skew tensor of `turn` times each of the three unit vectors.
   pure function spin_columns(s, turn) result(columns)
-    !> Symmetric tensor; axial vectors, one a column.
+    !> Symmetric tensor; axial vectors as columns.
     real(wp), intent(in) :: s(3, 3), turn(3, 3)
     real(wp) :: columns(6, 3), unit(6, 3)
     integer :: i

@@ -1,16 +1,16 @@
 !> Logarithmic strain (qsmpm_principal_law) in plane strain and axisymmetry, in closed form.
 !>
-!> b has the plane block m I + [h o; o -h] and b_33. With y = (h^2 + o^2)/m^2, x = sqrt(y) the principal
+!> b has the in-plane block m I + [h o; o -h] and b_33. With y = (h^2 + o^2)/m^2, x = sqrt(y) the principal
 !> values of the block are m (1 +- x), ln of the block is ln(det)/2 I + g/m [h o; o -h], g = artanh(x)/x:
-!> a point of a Hookean model that does not yield needs neither principal values nor directions. Any other needs
-!> twice the angle of the directions only: cos = h/r, sin = o/r, r = sqrt(h^2 + o^2).
+!> a point of a Hookean model that does not yield requires neither principal values nor directions. Any other point
+!> requires twice the angle of the directions only: cos = h/r, sin = o/r, r = sqrt(h^2 + o^2).
 !>
-!> Tensors are those of qsmpm_plane_frame. On them the tangent c - (d tau + tau d) of the Kirchhoff stress is
-!> a matrix K; a change F_kL gives l = e_k F^-1(L,:), whose symmetric part has half the components of the
+!> Tensors are stored as in qsmpm_plane_frame. In these components the tangent c - (d tau + tau d) of the Kirchhoff
+!> stress is a matrix K; a change F_kL gives l = e_k F^-1(L,:), whose symmetric part has half the components of the
 !> vector r_kL of `pull_back`, so that with S = F^-1 tau F^-T
 !>   A_iJkL = r_iJ K r_kL/2 + (i = k) S_JL.
-!> Everything is per volume of the start of the step: the Kirchhoff stress is per unstressed volume and divided by J_n
-!> for Hookean models, which bound it, and det(F) sigma for the others.
+!> All quantities are per volume at the start of the step: for Hookean models, which limit the Kirchhoff stress per
+!> unstressed volume, it is divided by J_n; for the others it is det(F) sigma.
 module qsmpm_logarithmic_plane
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -24,9 +24,9 @@ module qsmpm_logarithmic_plane
 
   public :: update_plane
 
-  !> A point between its trial and its tangent.
+  !> Data of a point between its trial and its tangent.
   type :: plane_trial_type
-    !> Mean, half difference and shear of the plane block of b; y of above.
+    !> Mean, half difference and shear of the in-plane block of b; y as above.
     real(wp) :: m, h, o, y
     !> g, and (g - 1)/y.
     real(wp) :: g, k
@@ -34,22 +34,22 @@ module qsmpm_logarithmic_plane
     real(wp) :: lame, shear
     !> Trial strain or stress: mean, half difference, shear, 33.
     real(wp) :: trial(4)
-    !> Determinants of the plane block of F and of F, and 1/(J_n det F).
+    !> Determinants of the in-plane block of F and of F, and 1/(J_n det F).
     real(wp) :: block, det, scale
-    !> Kirchhoff stress over the stress of the model: 1, or det(F).
+    !> Ratio of the Kirchhoff stress to the stress of the model: 1, or det(F).
     real(wp) :: jacobian
   end type plane_trial_type
 
 contains
 
-  !> Update a batch; points with a status other than ok are left half done. The loops work on the arrays themselves: a
-  !> component of the batch would be looked up again at every point.
+  !> Updates a batch; points with a status other than ok are incomplete. The loops work on the arrays themselves,
+  !> because components of the batch would be dereferenced at every point.
   pure subroutine update_plane(model, blend, batch, tangent)
     class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
     type(batch_type), intent(inout) :: batch
-    !> Which tangent is wanted.
+    !> Requested tangent.
     integer, intent(in) :: tangent
 
     call update_points(model, elastic_share(tangent, blend), tangent /= tangent_none, batch%count, &
@@ -58,17 +58,17 @@ contains
       batch%message)
   end subroutine update_plane
 
-  !> Update points. b_e of a Hookean model is state, and its trial is the stress where nothing yields; b_e of one that
-  !> bounds the Cauchy stress follows from the stress of the start.
+  !> Updates the points of a batch. b_e of a Hookean model is a state variable, and its trial is the stress where it
+  !> does not yield; b_e of a model that limits the Cauchy stress follows from the stress at the start.
   pure subroutine update_points(model, share, with_tangent, n, m, gradient, volume_ratio, stress_start, state_start, &
     cell_size, stress, state, piola, a, status, plastic, message)
     class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent.
     real(wp), intent(in) :: share
     logical, intent(in) :: with_tangent
-    !> Points, and state variables of a point.
+    !> Number of points, and of state variables of a point.
     integer, intent(in) :: n, m
-    !> As of batch_type.
+    !> As in batch_type.
     real(wp), intent(in) :: gradient(5, n), volume_ratio(n), stress_start(4, n), state_start(m, n)
     real(wp), intent(in), optional :: cell_size(n)
     real(wp), intent(inout) :: stress(4, n), state(m, n), piola(5, n)
@@ -130,7 +130,7 @@ contains
     end do
   end subroutine update_points
 
-  !> A of a point whose stress is that of the model in principal values.
+  !> Computes A of a point whose stress is that of the model in principal values.
   pure subroutine principal_tangent(model, modulus, share, value, c, s, trial, result, f, a)
     class(principal_model_type), intent(in) :: model
     !> Shear modulus of the step, and share of the elastic tangent.
@@ -144,35 +144,35 @@ contains
     real(wp), intent(out) :: a(5, 5)
     real(wp) :: tau(4), k(4, 4)
 
-    ! The plane turns one pair of directions only.
+    ! Only one pair of directions rotates in the plane.
     result%quotient = pair_quotient(value, result%stress, result%derivative, 1, 2)
     call blend_elastic(model, modulus, value, share, result)
     call principal_stiffness(trial, model%hookean, result, c, s, tau, k)
     call pull_back(trial, tau, k, f, a)
   end subroutine principal_tangent
 
-  !> b and the trial strain or stress.
+  !> Computes b and the trial strain or stress.
   pure subroutine make_trial(lame, shear, f, start, part, volume_ratio, trial, b, status)
     !> Lame's moduli of the trial.
     real(wp), intent(in) :: lame, shear
     !> Incremental deformation gradient, packed.
     real(wp), intent(in) :: f(5)
-    !> b_e at the start of the step, in stress order, over a factor of the plane block and one of 33: ln of the
+    !> b_e at the start of the step, in stress order, divided by a factor of the in-plane block and one of 33: ln of the
     !> determinant of the first, and half of ln of the second.
     real(wp), intent(in) :: start(4), part(2)
     !> J_n.
     real(wp), intent(in) :: volume_ratio
     type(plane_trial_type), intent(out) :: trial
-    !> b over the same factors, in stress order.
+    !> b divided by the same factors, in stress order.
     real(wp), intent(out) :: b(4)
-    !> status_ok, or why there is none.
+    !> status_ok, or the reason for which there is no trial.
     integer, intent(out) :: status
     real(wp) :: a11, a21, a12, a22, det_b, log_det, log_33, sum_strain
 
     status = status_cut
     trial%block = f(1)*f(4) - f(3)*f(2)
     trial%det = trial%block*f(5)
-    ! A gradient that is not finite has no finite determinant.
+    ! The determinant of a gradient that is not finite is not finite.
     if (.not. ieee_is_finite(trial%det)) return
     if (.not. (trial%block > 0.0_wp .and. f(5) > 0.0_wp)) return
     trial%scale = 1.0_wp/(volume_ratio*trial%det)
@@ -185,7 +185,7 @@ contains
     trial%m = 0.5_wp*(b(1) + b(2))
     trial%h = 0.5_wp*(b(1) - b(2))
     trial%o = b(4)
-    ! The product keeps the digits of a small principal value that b_11 b_22 - b_12^2 may have lost.
+    ! The product preserves the digits of a small principal value that b_11 b_22 - b_12^2 may lose.
     det_b = trial%block**2*(start(1)*start(2) - start(4)**2)
     if (.not. within_limits(trial%m, det_b, b(3))) then
       if (.not. positive_definite(start)) status = status_failed
@@ -206,15 +206,16 @@ contains
     trial%trial(4) = lame*sum_strain + 2.0_wp*shear*log_33
   end subroutine make_trial
 
-  !> b_e of the elastic strain e of a Cauchy stress, and the shear modulus of the step. With d = e_1 - e_2 the plane
-  !> block is exp(e_1 + e_2) times cosh(d) I + sinh(d) [c s; s -c], whose determinant is 1: no exponential is needed.
+  !> Computes b_e of the elastic strain e of a Cauchy stress, and the shear modulus of the step. With d = e_1 - e_2 the
+  !> in-plane block is exp(e_1 + e_2) times cosh(d) I + sinh(d) [c s; s -c]. The determinant of the
+  !> latter is 1: no exponential is needed.
   pure subroutine start_tensor(model, stress, modulus, b, part)
     class(principal_model_type), intent(in) :: model
     !> Cauchy stress.
     real(wp), intent(in) :: stress(4)
-    !> Shear modulus of the step; stays as it is where the stress is not finite.
+    !> Shear modulus of the step; unchanged where the stress is not finite.
     real(wp), intent(inout) :: modulus
-    !> b_e in stress order over its factors, 0 where the stress is not finite; and the factors as of make_trial.
+    !> b_e in stress order divided by its factors, 0 where the stress is not finite; and the factors as in make_trial.
     real(wp), intent(out) :: b(4), part(2)
     real(wp) :: value(3), c, s, hyperbolic_sine, hyperbolic_cosine
 
@@ -230,10 +231,10 @@ contains
     b = [hyperbolic_cosine + hyperbolic_sine*c, hyperbolic_cosine - hyperbolic_sine*c, 1.0_wp, hyperbolic_sine*s]
   end subroutine start_tensor
 
-  !> y, g and (g - 1)/y of a point. Far from y = 0 artanh(x) = ln(m (1 + x)) - ln(det)/2, which loses
-  !> nothing where x is nearly 1.
+  !> Computes y, g and (g - 1)/y of a point. Far from y = 0 artanh(x) = ln(m (1 + x)) - ln(det)/2 is used, which
+  !> is accurate where x is close to 1.
   pure subroutine set_artanh(log_det, trial)
-    !> ln of the determinant of the plane block of b.
+    !> ln of the determinant of the in-plane block of b.
     real(wp), intent(in) :: log_det
     type(plane_trial_type), intent(inout) :: trial
     real(wp) :: x
@@ -249,9 +250,9 @@ contains
     end if
   end subroutine set_artanh
 
-  !> Whether the principal values of b lie within their limits.
+  !> Whether the principal values of b are within their limits.
   pure logical function within_limits(m, det, b33)
-    !> Mean of the diagonal of the plane block, and its determinant.
+    !> Mean of the diagonal of the in-plane block, and its determinant.
     real(wp), intent(in) :: m, det
     !> b_33.
     real(wp), intent(in) :: b33
@@ -270,8 +271,8 @@ contains
     if (positive_definite) positive_definite = b(1) > 0.0_wp .and. b(1)*b(2) - b(4)**2 > 0.0_wp .and. b(3) > 0.0_wp
   end function positive_definite
 
-  !> Principal values: the larger and the smaller one of the plane, 33. Here, as a call to another module would cost as
-  !> much as the rest of a point that does not yield.
+  !> Principal values: the larger and the smaller in-plane value, 33. The function is in this module because a call to
+  !> another module would cost as much as the rest of a point that does not yield.
   pure function principal_values(mean, half, shear, normal) result(value)
     !> Mean, half difference, shear, 33.
     real(wp), intent(in) :: mean, half, shear, normal
@@ -281,7 +282,7 @@ contains
     value = [mean + radius, mean - radius, normal]
   end function principal_values
 
-  !> K of a point in the frame of the principal directions, then turned; and the stress that goes with it.
+  !> Computes K of a point in the frame of the principal directions, then rotated, and the corresponding stress.
   pure subroutine principal_stiffness(trial, hookean, result, c, s, tau, k)
     type(plane_trial_type), intent(in) :: trial
     !> Whether the model is Hookean.
@@ -303,14 +304,14 @@ contains
     do a = 1, 3
       row_sum = result%derivative(a, 1) + result%derivative(a, 2) + result%derivative(a, 3)
       d(a, :) = lame*row_sum + shear*result%derivative(a, :)
-      ! det(F) is in the stress of the models that bound the Cauchy stress.
+      ! The stress of models that limit the Cauchy stress contains det(F).
       if (.not. hookean) d(a, :) = d(a, :) + stress(a)
       d(a, a) = d(a, a) - 2.0_wp*stress(a)
     end do
     k = frame_map(d, shear*result%quotient(1)*trial%g - stress(1) - stress(2), c, s)
   end subroutine principal_stiffness
 
-  !> K of a Hookean point that does not yield.
+  !> Computes K of a Hookean point that does not yield.
   pure subroutine elastic_stiffness(trial, k)
     type(plane_trial_type), intent(in) :: trial
     real(wp), intent(out) :: k(4, 4)
@@ -330,7 +331,7 @@ contains
     k(:, 3) = [k(3, 1), k(3, 2), shear - turned*o*o, 0.0_wp]
   end subroutine elastic_stiffness
 
-  !> A = dQ/dF of K and the stress.
+  !> Computes A = dQ/dF from K and the stress.
   pure subroutine pull_back(trial, tau, k, f, a)
     type(plane_trial_type), intent(in) :: trial
     !> Kirchhoff stress: mean, half difference, shear, 33.
@@ -342,7 +343,7 @@ contains
     real(wp) :: r(4, 3), s(3), half, t(3)
     integer :: j
 
-    ! Rows of det F^-1; the factors of the determinants come with the scales.
+    ! Rows of det F^-1; the factors of the determinants are in the scales.
     r(:, 1) = [f(4), -f(3), -f(2), f(1)]
     r(:, 2) = [f(4), f(3), -f(2), -f(1)]
     r(:, 3) = [-f(3), f(4), f(1), -f(2)]
@@ -363,7 +364,7 @@ contains
     end do
   end subroutine pull_back
 
-  !> Plane block of det^2 F^-1 tau F^-T, det the determinant of the plane block of F: 11, 22, 12.
+  !> In-plane block of det^2 F^-1 tau F^-T, det the determinant of the in-plane block of F: 11, 22, 12.
   pure function start_stress(tau, f) result(s)
     !> Stress: mean, half difference, shear, 33.
     real(wp), intent(in) :: tau(4)

@@ -2,11 +2,11 @@
 !>
 !> n_a are the principal directions of b, w_a = F^-1 n_a, tau_a the principal Kirchhoff stresses and
 !> C = d tau/d eps in principal values. With U_ab = n_a w_b + n_b w_a (a /= b), U_aa = n_a w_a the
-!> tangent is of rank six but for the stress of the start configuration S = F^-1 tau F^-T:
+!> tangent is of rank six except for the stress of the start configuration S = F^-1 tau F^-T:
 !>   J_n A = sum_ab (C_ab - 2 tau_a I_ab) U_aa U_bb + sum_(a<b) (s_ab - (tau_a + tau_b)/2) U_ab U_ab
 !>           + (i = k) S_JL,
-!> s_ab of qsmpm_principal_law. J_n is 1 for the models that bound the Cauchy stress: tau = det(F) sigma is per volume
-!> of the start of the step there, and C_ab = det(F) (d sigma_a/d eps_b + sigma_a).
+!> s_ab of qsmpm_principal_law. J_n is 1 for the models that limit the Cauchy stress: tau = det(F) sigma is then per
+!> volume at the start of the step, and C_ab = det(F) (d sigma_a/d eps_b + sigma_a).
 module qsmpm_logarithmic_solid
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -21,15 +21,15 @@ module qsmpm_logarithmic_solid
 
   public :: update_solid
 
-  !> Least over largest principal value below which the decomposition is Jacobi's, which keeps the digits of
-  !> a small value where b is nearly diagonal.
+  !> Ratio of the least to the largest principal value below which Jacobi's method is used, which preserves the digits
+  !> of a small value where b is nearly diagonal.
   real(wp), parameter :: small_ratio = 1.0e-4_wp
 
-  !> A point between its trial and its tangent.
+  !> Data of a point between its trial and its tangent.
   type :: solid_trial_type
     !> det(F) F^-T, its determinant det(F) and 1/(J_n det F).
     real(wp) :: cofactor(3, 3), det, scale
-    !> Kirchhoff stress over the stress of the model: 1, or det(F).
+    !> Ratio of the Kirchhoff stress to the stress of the model: 1, or det(F).
     real(wp) :: jacobian
     !> Principal values and logarithmic strains, trial strain or stress (3), principal directions (3,3).
     real(wp) :: value(3), strain(3), trial(3), direction(3, 3)
@@ -37,13 +37,13 @@ module qsmpm_logarithmic_solid
 
 contains
 
-  !> Update a batch; points with a status other than ok are left half done.
+  !> Updates a batch; points with a status other than ok are incomplete.
   pure subroutine update_solid(model, blend, batch, tangent)
     class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
     type(batch_type), intent(inout) :: batch
-    !> Which tangent is wanted.
+    !> Requested tangent.
     integer, intent(in) :: tangent
     type(solid_trial_type) :: trial
     type(stress_update_type) :: result
@@ -82,7 +82,7 @@ contains
     end do
   end subroutine update_solid
 
-  !> b, its decomposition, and the trial strain or stress.
+  !> Computes b, its spectral decomposition, and the trial strain or stress.
   pure subroutine make_trial(model, f, state, stress, volume_ratio, modulus, trial, b, status)
     class(principal_model_type), intent(in) :: model
     !> Incremental deformation gradient.
@@ -91,12 +91,12 @@ contains
     real(wp), intent(in) :: state(*), stress(6)
     !> V/V0 at the start of the step.
     real(wp), intent(in) :: volume_ratio
-    !> Shear modulus of the step; stays as it is for a Hookean model.
+    !> Shear modulus of the step; unchanged for a Hookean model.
     real(wp), intent(inout) :: modulus
     type(solid_trial_type), intent(out) :: trial
     !> b in stress order.
     real(wp), intent(out) :: b(6)
-    !> status_ok, or why there is none.
+    !> status_ok, or the reason for which there is no trial.
     integer, intent(out) :: status
     real(wp) :: full(3, 3), start(6)
 
@@ -104,7 +104,7 @@ contains
     status = status_cut
     trial%cofactor = cofactor(f)
     trial%det = f(1, 1)*trial%cofactor(1, 1) + f(2, 1)*trial%cofactor(2, 1) + f(3, 1)*trial%cofactor(3, 1)
-    ! A gradient that is not finite has no finite determinant.
+    ! The determinant of a gradient that is not finite is not finite.
     if (.not. ieee_is_finite(trial%det)) return
     if (.not. trial%det > 0.0_wp) return
     if (model%hookean) then
@@ -135,7 +135,7 @@ contains
       + 2.0_wp*model%trial_shear*trial%strain
   end subroutine make_trial
 
-  !> b_e of the elastic strain of a Cauchy stress, 0 where that is not finite; and the shear modulus of the step.
+  !> Computes b_e of the elastic strain of a Cauchy stress, 0 where that is not finite, and the shear modulus.
   pure subroutine start_tensor(model, stress, modulus, b)
     class(principal_model_type), intent(in) :: model
     !> Cauchy stress.
@@ -179,9 +179,9 @@ contains
       .and. determinant(unpack_symmetric(b)) > 0.0_wp
   end function positive_definite
 
-  !> Tensor in stress order of principal values and directions.
+  !> Tensor in stress order with given principal values and directions.
   pure function compose_packed(value, n) result(a)
-    !> Principal values (3); principal directions, one a column (3,3).
+    !> Principal values (3); principal directions as columns (3,3).
     real(wp), intent(in) :: value(3), n(3, 3)
     real(wp) :: a(6), v(3, 3)
 
@@ -194,7 +194,7 @@ contains
     a(6) = v(2, 1)*n(3, 1) + v(2, 2)*n(3, 2) + v(2, 3)*n(3, 3)
   end function compose_packed
 
-  !> Cauchy stress and Q of principal Kirchhoff stresses.
+  !> Computes Cauchy stress and Q of principal Kirchhoff stresses.
   pure subroutine store_stress(trial, tau, stress, piola)
     type(solid_trial_type), intent(in) :: trial
     !> Principal stresses (3).
@@ -213,7 +213,7 @@ contains
     end do
   end subroutine store_stress
 
-  !> A = dQ/dF of a point.
+  !> Computes A = dQ/dF of a point.
   pure subroutine point_tangent(model, trial, result, a)
     class(principal_model_type), intent(in) :: model
     type(solid_trial_type), intent(in) :: trial
@@ -281,7 +281,7 @@ contains
     associate (d => result%derivative)
       do a = 1, 3
         k(a, :) = 2.0_wp*model%trial_shear*d(a, :) + model%trial_lame*(d(a, 1) + d(a, 2) + d(a, 3))
-        ! det(F) is in the stress of the models that bound the Cauchy stress.
+        ! The stress of models that limit the Cauchy stress contains det(F).
         if (.not. model%hookean) k(a, :) = k(a, :) + result%stress(a)
         k(a, a) = k(a, a) - 2.0_wp*result%stress(a)
       end do

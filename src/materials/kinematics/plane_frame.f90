@@ -1,8 +1,8 @@
 !> Tensors of plane strain and axisymmetry as mean, half difference, shear and 33 of the components:
 !> (a_11 + a_22)/2, (a_11 - a_22)/2, a_12, a_33.
 !>
-!> A turn by an angle multiplies half difference and shear by the rotation by twice the angle, so that principal
-!> directions are needed as cosine and sine of twice their angle only.
+!> A rotation by an angle rotates half difference and shear by twice the angle, so that principal
+!> directions are required only as cosine and sine of twice their angle.
 module qsmpm_plane_frame
   use qsmpm_kinds, only: wp
   implicit none
@@ -12,9 +12,9 @@ module qsmpm_plane_frame
 
 contains
 
-  !> Principal values of a tensor, the larger and the smaller one of the plane and 33, and their directions.
+  !> Computes the principal values of a tensor, the larger and the smaller in-plane value and 33, and their directions.
   pure subroutine to_principal(mean, half, shear, normal, value, c, s)
-    !> The tensor in single numbers (see store_stress): mean, half difference, shear, 33.
+    !> The tensor as scalars (see store_stress): mean, half difference, shear, 33.
     real(wp), intent(in) :: mean, half, shear, normal
     !> Principal values (3).
     real(wp), intent(out) :: value(3)
@@ -34,7 +34,7 @@ contains
 
   !> Mean, half difference, shear and 33 of a tensor with given principal values.
   pure function from_principal(value, c, s) result(tensor)
-    !> Principal values: the two of the plane, 33; cosine of twice the angle of the first direction; its sine.
+    !> Principal values: two in-plane values, 33; cosine of twice the angle of the first direction; its sine.
     real(wp), intent(in) :: value(3), c, s
     real(wp) :: tensor(4), half
 
@@ -42,10 +42,10 @@ contains
     tensor = [0.5_wp*(value(1) + value(2)), half*c, half*s, value(3)]
   end function from_principal
 
-  !> Linear map of a tensor that is d on the normal components of a principal frame and a factor on the
+  !> Linear map of a tensor that acts as d on the normal components of a principal frame and as a factor on the
   !> shear component.
   pure function frame_map(d, shear, c, s) result(map)
-    !> Map of the normal components: the two of the plane, 33 (3,3).
+    !> Map of the normal components: two in-plane components, 33 (3,3).
     real(wp), intent(in) :: d(3, 3)
     !> Factor of the shear component; cosine of twice the angle of the first direction; its sine.
     real(wp), intent(in) :: shear, c, s
@@ -66,10 +66,10 @@ contains
     map(4, 4) = d(3, 3)
   end function frame_map
 
-  !> Cauchy stress of a point and Q = det(F) sigma F^-T. The tensor comes in single numbers: the processor waits for an
-  !> array that has just been stored by its elements.
+  !> Computes the Cauchy stress of a point and Q = det(F) sigma F^-T. The tensor is passed as scalars: reading an array
+  !> just after its elements were stored would stall the processor.
   pure subroutine store_stress(scale, mean, half, shear, normal, f, stress, piola)
-    !> Cauchy stress over the tensor: mean, half difference, shear, 33.
+    !> Ratio of the Cauchy stress to the tensor: mean, half difference, shear, 33.
     real(wp), intent(in) :: scale, mean, half, shear, normal
     !> Incremental deformation gradient, packed (5).
     real(wp), intent(in) :: f(5)
@@ -89,7 +89,7 @@ contains
     piola(5) = s33*(f(1)*f(4) - f(2)*f(3))
   end subroutine store_stress
 
-  !> Q = det(F) sigma F^-T.
+  !> Computes Q = det(F) sigma F^-T.
   pure subroutine plane_piola(stress, f, piola)
     !> Cauchy stress in stress order (4); incremental deformation gradient, packed (5).
     real(wp), intent(in) :: stress(4), f(5)

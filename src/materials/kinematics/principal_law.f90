@@ -2,30 +2,28 @@
 !>
 !> Logarithmic strain. With the incremental deformation gradient F
 !>   b = F b_e F^T,   eps = ln(b)/2,   stress of the model at eps,   Q = tau F^-T / J_n.
-!> A Hookean model bounds the Kirchhoff stress tau = D eps: the return is that of small strain, b_e is state and
-!> b_e,new = exp(2 D^-1 tau), and an average of ln b_e over points stays admissible. J_n is the volume ratio at the
-!> start, sigma = tau/(J_n det F). Every other model bounds sigma: b_e = exp(2 eps(sigma)) follows from the stress of
-!> the start, and tau/J_n = det(F) sigma. Tangent: with l = dF F^-1 = d + w in the frame of the principal directions
+!> A Hookean model limits the Kirchhoff stress tau = D eps: the return is that of small strain, b_e is a state variable
+!> with b_e,new = exp(2 D^-1 tau), and an average of ln b_e over points remains admissible. J_n is the volume ratio at
+!> the start, sigma = tau/(J_n det F). Every other model limits sigma: b_e = exp(2 eps(sigma)) follows from the stress
+!> at the start, and tau/J_n = det(F) sigma. Tangent: with l = dF F^-1 = d + w in the frame of the principal directions
 !> of b
 !>   dtau_aa = sum_b C_ab d_bb,  C = d tau/d eps,   dtau_ab = 2 s_ab d_ab + (tau_b - tau_a) w_ab,
 !>   s_ab = (tau_a - tau_b)/(eps_a - eps_b)/2 artanh(x)/x,  x = (b_a - b_b)/(b_a + b_b),
 !> and dQ = (dtau - tau l^T) F^-T / J_n; it is K^E + K^G of the paper's eqs. 15-17
 !> in Kirchhoff stress (Beuth et al. 2008).
 !>
-!> Jaumann rate of the paper. The stress is the state. The trial comes from qsmpm_jaumann_increment, a stress of Hookean
-!> models and an elastic strain of the others, which know no term -sigma tr(d eps): the parameters of soils are measured
-!> in Cauchy stress. The model bounds the Cauchy stress,
+!> Jaumann rate of the paper. The stress is the state. The trial is computed by qsmpm_jaumann_increment: a stress of
+!> Hookean models and an elastic strain of the others, which have no term -sigma tr(d eps), because the parameters of
+!> soils are measured in Cauchy stress. The model limits the Cauchy stress,
 !>   Q = det(F) sigma F^-T,   A dF = det(F) d(sigma) F^-T + tr(l) Q - Q dF^T F^-T,
 !> d(sigma) the derivative of the whole update. At F = I the elastic tangent is [K^E + K^G]^0, the form of eq. 12.
 !>
-!> The elastic tangent is that of the same material without strength; it is made symmetric for models that are not
-!> Hookean, as it is asked for where an approximation will do. The points are worked out by the four kernels
+!> The elastic tangent is that of the same material without strength. For models that are not Hookean it is
+!> symmetrised, as it is used only where an approximation suffices. The points are updated by the four kernels
 !> qsmpm_logarithmic_plane, _solid and qsmpm_jaumann_plane, _solid.
 !>
 !> Derivatives that couple the displacement with the field of a nonlocal law (qsmpm_nonlocal_strain), in logarithmic
-!> strain.
-!>
-!> The trial b = F b_e F^T and whatever the model makes of it in principal values share their directions. So, with r the
+!> strain. The trial b = F b_e F^T and the result of the model in principal values have the same directions. With r the
 !> derivative of the principal stresses by kbar and g that of kappa by the principal trial stresses,
 !>   dQ/dkbar = (sum r_a n_a n_a) F^-T / J_n,
 !> and as a change of F changes eps = ln(b)/2 in these directions by sym(dF F^-1),
@@ -53,7 +51,7 @@ module qsmpm_principal_law
   !> Kinematics, numbered as in the deck's description.
   integer, parameter, public :: kinematics_jaumann = 1, kinematics_logarithmic = 2
 
-  !> The law.
+  !> The law of a model in principal values.
   type, extends(law_type) :: principal_law_type
     class(principal_model_type), allocatable :: model
     !> One of kinematics_*, and of rate_* of qsmpm_jaumann_increment.
@@ -74,13 +72,13 @@ module qsmpm_principal_law
 
 contains
 
-  !> Law of a model.
+  !> Makes the law of a model.
   subroutine new_principal_law(model, dimension, kinematics, rate, law, error)
     class(principal_model_type), intent(in) :: model
-    !> 2 or 3; one of kinematics_*; one of rate_*; read by the Jaumann kinematics only.
+    !> 2 or 3; one of kinematics_*; one of rate_*, used by the Jaumann kinematics only.
     integer, intent(in) :: dimension, kinematics, rate
     class(law_type), allocatable, intent(out) :: law
-    !> Set when there is no such law.
+    !> Set when the combination is not supported.
     type(error_type), allocatable, intent(out) :: error
     type(principal_law_type), allocatable :: made
     integer :: i
@@ -112,7 +110,7 @@ contains
     call move_alloc(made, law)
   end subroutine new_principal_law
 
-  !> Refuse what no kernel does.
+  !> Rejects combinations that no kernel supports.
   subroutine check_kinematics(model, dimension, kinematics, rate, error)
     class(principal_model_type), intent(in) :: model
     integer, intent(in) :: dimension, kinematics, rate
@@ -135,12 +133,12 @@ contains
     end if
   end subroutine check_kinematics
 
-  !> State of a given Cauchy stress at volume ratio 1, whatever the place.
+  !> Initialises the state of a given Cauchy stress at volume ratio 1, independent of the position.
   subroutine start_at(self, stress, place, state)
     class(principal_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6), and position (3).
     real(wp), intent(in) :: stress(:), place(3)
-    !> b_e where it is state, and the model's state variables (state_count).
+    !> b_e where it is a state variable, and the model's state variables (state_count).
     real(wp), intent(out) :: state(:)
     real(wp) :: values(3), vectors(3, 3)
 
@@ -151,7 +149,7 @@ contains
     call pack_symmetric(compose(values, vectors), state(:self%strains))
   end subroutine start_at
 
-  !> Update a batch.
+  !> Updates a batch.
   subroutine update(self, batch, tangent)
     class(principal_law_type), intent(in) :: self
     type(batch_type), intent(inout) :: batch
@@ -174,10 +172,10 @@ contains
     end do
   end subroutine update
 
-  !> The kernel of kinematics and dimension.
+  !> Calls the kernel of the kinematics and dimension.
   subroutine update_points(self, model, batch, tangent)
     class(principal_law_type), intent(in) :: self
-    !> The law's own, or one that knows the time.
+    !> The model of the law, or a copy with the duration of the step.
     class(principal_model_type), intent(in) :: model
     type(batch_type), intent(inout) :: batch
     integer, intent(in) :: tangent
@@ -191,15 +189,15 @@ contains
     end if
   end subroutine update_points
 
-  !> Components of stress or ln b_e, and the model's state variables.
+  !> Number of components of stress or ln b_e, and of the model's state variables.
   pure integer function fit_count(self)
     class(principal_law_type), intent(in) :: self
 
     fit_count = stress_size(self%dimension) + self%model%state_count
   end function fit_count
 
-  !> Fields that may be averaged: ln b_e where it is state, from which the stress follows, else the Cauchy stress; and
-  !> what the model makes of its state variables.
+  !> Converts to fields that may be averaged: ln b_e where it is a state variable, from which the stress follows,
+  !> otherwise the Cauchy stress; and the state variables converted by the model.
   pure subroutine to_fields(self, stress, state, fields)
     class(principal_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6); state (state_count).
@@ -218,12 +216,12 @@ contains
     call self%model%state_to_field(fields(n + 1:n + self%model%state_count))
   end subroutine to_fields
 
-  !> Stress and state of averaged fields.
+  !> Computes stress and state of averaged fields.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(principal_law_type), intent(in) :: self
     !> (fit_count)
     real(wp), intent(in) :: fields(:)
-    !> V/V0, read where the Kirchhoff stress is bounded.
+    !> V/V0, used where the Kirchhoff stress is limited.
     real(wp), intent(in) :: volume_ratio
     !> Cauchy stress (4 or 6); state (state_count).
     real(wp), intent(out) :: stress(:), state(:)
@@ -240,10 +238,10 @@ contains
     stress = stress/volume_ratio
   end subroutine from_fields
 
-  !> Coupling of a point with the field, in logarithmic strain.
+  !> Computes the coupling of a point with the field, in logarithmic strain.
   pure subroutine couple(self, gradient, volume_ratio, cell_size, state_start, state, coupling)
     class(principal_law_type), intent(in) :: self
-    !> As of qsmpm_law.
+    !> As in qsmpm_law.
     real(wp), intent(in) :: gradient(:), volume_ratio, cell_size, state_start(:), state(:)
     type(field_coupling_type), intent(out) :: coupling
 
@@ -252,7 +250,7 @@ contains
       state_start(:self%strains), state(self%strains + 1:self%state_count), coupling)
   end subroutine couple
 
-  !> G of the model at a stress.
+  !> Shear modulus G of the model at a stress.
   pure real(wp) function shear_modulus(self, stress, state) result(shear)
     class(principal_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:)
@@ -264,11 +262,11 @@ contains
     shear = self%model%shear_modulus(values)
   end function shear_modulus
 
-  !> The elastic strain belongs to the stress that the model bounds: Kirchhoff stress, J sigma of the rate with J from
+  !> Shear compliance of the stress that the model limits: Kirchhoff stress, J sigma of the rate with J from
   !> the start of the step, or Cauchy stress.
   pure function shear_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
     class(principal_law_type), intent(in) :: self
-    !> As of qsmpm_law.
+    !> As in qsmpm_law.
     real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
     real(wp) :: compliance(2), values(3), vectors(3, 3)
 
@@ -281,9 +279,9 @@ contains
     end if
   end function shear_compliance
 
-  !> Coupling of a point that has been updated.
+  !> Computes the coupling of an updated point.
   pure subroutine couple_logarithmic(model, gradient, volume_ratio, cell_size, strain_start, state, coupling)
-    !> Hookean, its trial a Kirchhoff stress.
+    !> Hookean; its trial is a Kirchhoff stress.
     class(principal_model_type), intent(in) :: model
     !> F, packed (5 or 9), J_n, size of the cell.
     real(wp), intent(in) :: gradient(:), volume_ratio, cell_size

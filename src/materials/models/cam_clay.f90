@@ -3,7 +3,7 @@
 !> With p = -tr(sigma)/3, q = sqrt(3/2 s:s), compression positive:
 !>   yield      f = q^2/M^2 + p (p - pc) <= 0,  associated flow,
 !>   hardening  pc = pc0 exp(ep/(l - k)),  ep the plastic volume strain, l = lambda/v0, k = kappa/v0,
-!>   elasticity that of a swelling line of slope k (qsmpm_swelling_model), G as given, or 3(1 - 2nu)/(2(1 + nu)) K(p).
+!>   elasticity of a swelling line of slope k (qsmpm_swelling_model); G is given or 3(1 - 2nu)/(2(1 + nu)) K(p).
 !> All strains are logarithmic, so that compression lines are straight in ln v - ln p (Butterfield 1979).
 module qsmpm_cam_clay
   use qsmpm_kinds, only: wp, pi
@@ -24,20 +24,20 @@ module qsmpm_cam_clay
   !> Round-off of the yield function relative to pc^2.
   real(wp), parameter :: round_off = 1.0e-12_wp
 
-  !> Parameters, pressures and moduli positive in the deck's consistent units.
+  !> Parameters of the model; pressures and moduli are positive, in the deck's consistent units.
   type, extends(law_parameters_type) :: cam_clay_parameters_type
     !> Slope M of the critical state line, q = M p.
     real(wp) :: slope = 0.0_wp
-    !> Slopes of the compression and the swelling line in v - ln p.
+    !> Slopes of the compression line and of the swelling line in v - ln p.
     real(wp) :: lambda = 0.0_wp
     real(wp) :: kappa = 0.0_wp
     !> Specific volume at the start.
     real(wp) :: volume = 0.0_wp
-    !> Poisson's ratio; not above -1 where there is a shear modulus.
+    !> Poisson's ratio; not above -1 where a shear modulus is given.
     real(wp) :: poisson = -1.0_wp
-    !> Constant shear modulus; not positive: from Poisson's ratio and the bulk modulus.
+    !> Constant shear modulus; if not positive, it follows from Poisson's ratio and the bulk modulus.
     real(wp) :: shear = -1.0_wp
-    !> Size of the first yield surface over that through the initial stress, and its least value.
+    !> Ratio of the size of the initial yield surface to that through the initial stress, and its least value.
     real(wp) :: ocr = 1.0_wp
     real(wp) :: preconsolidation = 0.0_wp
     !> Mean pressure below which the bulk modulus is constant.
@@ -49,7 +49,7 @@ module qsmpm_cam_clay
     procedure :: lower_named
   end type cam_clay_parameters_type
 
-  !> The model; one state variable, pc.
+  !> The constitutive model; its only state variable is pc.
   type, extends(swelling_model_type) :: cam_clay_type
     type(clay_type) :: clay
     real(wp) :: ocr = 1.0_wp, preconsolidation = 0.0_wp
@@ -61,7 +61,7 @@ module qsmpm_cam_clay
 
 contains
 
-  !> The card.
+  !> Describes the keyword and the properties of the model.
   pure type(law_description_type) function describe(self) result(law)
     class(cam_clay_parameters_type), intent(in) :: self
 
@@ -71,13 +71,13 @@ contains
       'pressure: give *INITIAL, TYPE=K0.'
     law%example = '*CAM CLAY, OCR=1.5| 1.0, 0.2, 0.04, 2.2, 0.3'
     law%poisson = max(0.0_wp, self%poisson)
-    ! On the dry side of the critical state.
+    ! It softens on the dry side of the critical state.
     law%may_soften = .true.
     law%smallest_pressure = self%smallest_pressure
     law%friction_angle = asin(min(1.0_wp, 3.0_wp*self%slope/(6.0_wp + self%slope)))*180.0_wp/pi
   end function describe
 
-  !> Its fields.
+  !> Visits the fields of the keyword.
   subroutine fields(self, visitor)
     class(cam_clay_parameters_type), intent(inout) :: self
     class(field_visitor_type), intent(inout) :: visitor
@@ -97,12 +97,12 @@ contains
     call visitor%law_number('nu', self%poisson, "Poisson's ratio", '(-1, 0.5)', required=.false.)
   end subroutine fields
 
-  !> Lower M, the one constant that is a strength: at the critical state q = M p.
+  !> Reduces M, the only constant that is a strength: at the critical state q = M p.
   subroutine lower_named(self, named, by, error)
     class(cam_clay_parameters_type), intent(inout) :: self
     type(strength_constant_type), intent(in) :: named(:)
     type(strength_factor_type), intent(in) :: by
-    !> error_deck: another constant or rule, a flow rule of other soil.
+    !> error_deck: another constant or rule, or a flow rule that the model does not have.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: slope(1)
 
@@ -118,7 +118,7 @@ contains
     end if
   end subroutine lower_named
 
-  !> Refuse parameters that do not go together; the range of each is that of its field.
+  !> Checks the combination of the parameters; the range of each is checked by its field.
   pure subroutine check(parameters, error)
     class(cam_clay_parameters_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.
@@ -133,7 +133,7 @@ contains
     end associate
   end subroutine check
 
-  !> The model.
+  !> Makes the model.
   subroutine make_model(self, model, error)
     class(cam_clay_parameters_type), intent(in) :: self
     class(principal_model_type), allocatable, intent(out) :: model
@@ -161,7 +161,7 @@ contains
         made%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*self%poisson)/(1.0_wp + self%poisson)
         made%shear = made%shear_ratio*pressure/clay%swelling
       end if
-      ! What carries load beyond the first yield is the compression line.
+      ! The stiffness beyond first yield is that of the compression line.
       associate (bulk => pressure/(clay%swelling + clay%plastic))
         made%young = 9.0_wp*bulk*made%shear/(3.0_wp*bulk + made%shear)
       end associate
@@ -169,7 +169,7 @@ contains
     allocate (model, source=made)
   end subroutine make_model
 
-  !> pc of a stress: OCR times the size of the yield surface through it, or the preconsolidation pressure.
+  !> Initialises pc: OCR times the size of the yield surface through the stress, or the preconsolidation pressure.
   pure subroutine initial_state(self, stress, state)
     class(cam_clay_type), intent(in) :: self
     !> Principal stresses (3).
@@ -184,7 +184,7 @@ contains
     call self%field_to_state(state)
   end subroutine initial_state
 
-  !> pc is not below twice the smallest pressure.
+  !> Limits pc to at least twice the smallest pressure.
   pure subroutine field_to_state(self, state)
     class(cam_clay_type), intent(in) :: self
     !> pc (1).
@@ -193,14 +193,14 @@ contains
     state(1) = max(state(1), 2.0_wp*self%clay%smallest)
   end subroutine field_to_state
 
-  !> Stress, state and derivative.
+  !> Updates stress, state variables and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(cam_clay_type), intent(in) :: self
     !> G of the step; principal trial strains (3); pc at the start (1).
     real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     !> Size of the point's cell.
     real(wp), intent(in) :: cell_size
-    !> Whether the derivative is wanted.
+    !> Whether the derivative is required.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
     type(cam_clay_return_type) :: r
@@ -214,7 +214,7 @@ contains
     result%status = merge(status_ok, status_cut, r%e < largest_exponent*self%clay%swelling)
     if (result%status /= status_ok) return
     call pressure_of(self%clay, r%e, p, r%bulk)
-    ! Not from the stress: beside a large trial pressure the deviator would drown in rounding.
+    ! Computed from the strain: next to a large trial pressure the deviator would be lost in round-off.
     deviator = 2.0_wp*modulus*(trial + r%e/3.0_wp)
     r%w = 1.5_wp*sum(deviator**2)
     result%yields = r%w*self%clay%by_m2 + p*(p - r%start) > round_off*r%start**2

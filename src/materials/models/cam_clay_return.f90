@@ -1,7 +1,7 @@
-!> Backward Euler return of modified Cam-Clay to its yield surface, with two unknowns, x = plastic volume strain of the
-!> step and y = 6 G/M^2 times the multiplier; q = q_trial/(1 + y) (the equations of qsmpm_cam_clay). Newton's method;
-!> should it not arrive, x is bracketed on the yield surface, where a root always is, and Newton's method starts from
-!> there.
+!> Backward Euler return of modified Cam-Clay to its yield surface (equations in qsmpm_cam_clay). The two unknowns are
+!> x, the plastic volume strain of the step, and y, 6 G/M^2 times the plastic multiplier; q = q_trial/(1 + y). They are
+!> found by Newton's method. If it does not converge, x is bracketed on the yield surface, where a root always exists,
+!> and Newton's method starts again from there.
 module qsmpm_cam_clay_return
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -12,19 +12,19 @@ module qsmpm_cam_clay_return
 
   public :: clay_type, cam_clay_return_type, solve_return, find_derivative
 
-  !> Newton steps; relative change at which the next one would change nothing.
+  !> Largest number of Newton steps; relative change below which the iteration has converged.
   integer, parameter :: most_steps = 12
   real(wp), parameter :: small_change = 1.0e-8_wp
-  !> Halvings and doublings of the bracket.
+  !> Largest number of halvings and of doublings of the bracket.
   integer, parameter :: most_halvings = 60
 
-  !> Constants of the soil beside its swelling line, k = kappa/v0.
+  !> Constants of the soil in addition to its swelling line, k = kappa/v0.
   type, extends(swelling_line_type) :: clay_type
-    !> M^2, lambda/v0 - kappa/v0, and one over them for hot loops.
+    !> M^2, lambda/v0 - kappa/v0, and their reciprocals.
     real(wp) :: m2 = 1.0_wp, plastic = 1.0_wp, by_m2 = 1.0_wp, by_plastic = 1.0_wp
   end type clay_type
 
-  !> A return: its data and its two unknowns.
+  !> Data and the two unknowns of a return.
   type :: cam_clay_return_type
     !> Trial elastic volume strain, trial q^2, G, pc at the start.
     real(wp) :: e, w, shear, start
@@ -34,17 +34,17 @@ module qsmpm_cam_clay_return
     real(wp) :: x, y
     !> p, dp/de, pc.
     real(wp) :: p, bulk, pc
-    !> Derivatives of the two residuals by x and y.
+    !> Derivatives of the two residuals with respect to x and y.
     real(wp) :: jacobian(2, 2)
   end type cam_clay_return_type
 
 contains
 
-  !> Residuals of the return at x and y, and their derivatives.
+  !> Computes the residuals of the return at x and y, and their derivatives.
   pure subroutine residuals(self, r, residual)
     type(clay_type), intent(in) :: self
     type(cam_clay_return_type), intent(inout) :: r
-    !> Of the flow rule (a strain), and of the yield surface over pc0^2.
+    !> Residual of the flow rule (a strain) and of the yield surface divided by pc0^2.
     real(wp), intent(out) :: residual(2)
     real(wp) :: q2, z
 
@@ -62,11 +62,11 @@ contains
     end associate
   end subroutine residuals
 
-  !> Find x and y.
+  !> Solves for x and y.
   pure subroutine solve_return(self, r, found)
     type(clay_type), intent(in) :: self
     type(cam_clay_return_type), intent(inout) :: r
-    !> Whether they were found.
+    !> Whether a solution was found.
     logical, intent(out) :: found
 
     call newton(self, r, found)
@@ -75,11 +75,11 @@ contains
     if (found) call newton(self, r, found)
   end subroutine solve_return
 
-  !> Newton's method from the x and y at hand.
+  !> Solves by Newton's method from the present x and y.
   pure subroutine newton(self, r, found)
     type(clay_type), intent(in) :: self
     type(cam_clay_return_type), intent(inout) :: r
-    !> Whether it arrived.
+    !> Whether it converged.
     logical, intent(out) :: found
     real(wp) :: residual(2), change(2), det
     integer :: step
@@ -103,17 +103,17 @@ contains
       found = abs(change(1)) <= small_change*(abs(r%x) + self%swelling) &
         .and. abs(change(2)) <= small_change*(1.0_wp + r%y)
     end do
-    ! The residuals above are those of the last x and y.
+    ! The residuals computed last are those of the final x and y.
     found = found .and. step <= most_steps .and. r%y >= -small_change .and. r%p > -small_change*r%pc .and. &
       r%p < r%pc*(1.0_wp + small_change)
   end subroutine newton
 
-  !> x between two values of opposite violation: the flow rule on the yield surface. Trials on the wet side
-  !> (2 p > pc) have 0 <= x, those on the dry side x <= 0.
+  !> Brackets x between two values at which the flow rule, with q on the yield surface, is violated with opposite signs.
+  !> Trials on the wet side (2 p > pc) have 0 <= x, those on the dry side x <= 0.
   pure subroutine bracket(self, r, found)
     type(clay_type), intent(in) :: self
     type(cam_clay_return_type), intent(inout) :: r
-    !> Whether there is a bracket.
+    !> Whether a bracket was found.
     logical, intent(out) :: found
     real(wp) :: low, high, violation, reach
     integer :: i
@@ -143,14 +143,14 @@ contains
     r%x = high
     if (reach < 0.0_wp) r%x = low
     call surface_violation(self, r, violation)
-    ! Near a tip the surface says little of q, and so of y; the flow rule says it there.
+    ! Near a tip of the surface q, and thus y, is ill-conditioned; y follows from the flow rule there.
     if (abs(2.0_wp*r%p - r%pc) > 0.2_wp*r%pc) r%y = max(0.0_wp, r%x*6.0_wp*r%shear/(self%m2*(2.0_wp*r%p - r%pc)))
   end subroutine bracket
 
-  !> Violation of the flow rule at x with q on the yield surface, times q; y of that q.
+  !> Computes the violation of the flow rule at x with q on the yield surface, times q, and the y of that q.
   pure subroutine surface_violation(self, r, violation)
     type(clay_type), intent(in) :: self
-    !> The return: x in, y out.
+    !> The return: x on entry, y on exit.
     type(cam_clay_return_type), intent(inout) :: r
     !> Negative where x is too small.
     real(wp), intent(out) :: violation
@@ -170,12 +170,12 @@ contains
     else
       violation = r%x*q - max(trial - q, 0.0_wp)*c*(2.0_wp*r%p - r%pc)
     end if
-    ! Without shear the tips of the surface are the answers.
+    ! Without shear the solutions are the tips of the surface.
     if (r%p >= r%pc) violation = min(violation, -tiny(1.0_wp))
   end subroutine surface_violation
 
-  !> d stress / d trial strain of a converged return: x and y change with the trial by the residuals'
-  !> derivatives, the stress is trial/(1 + y) - p.
+  !> Computes d stress / d trial strain of a converged return: x and y change with the trial by the derivatives of the
+  !> residuals, and the stress is trial/(1 + y) - p.
   pure subroutine find_derivative(self, r, trial, derivative)
     type(clay_type), intent(in) :: self
     type(cam_clay_return_type), intent(in) :: r
@@ -195,7 +195,7 @@ contains
       do b = 1, 3
         right = by_e
         right(2) = right(2) - by_w*6.0_wp*r%shear*trial(b)
-        ! By strain b: e falls by one, w grows by 6 G trial(b).
+        ! With strain b, e decreases by one and w increases by 6 G trial(b).
         change(1) = (j(2, 2)*right(1) - j(1, 2)*right(2))/det
         change(2) = (j(1, 1)*right(2) - j(2, 1)*right(1))/det
         derivative(:, b) = derivative(:, b) + r%bulk*(1.0_wp + change(1)) - z*z*change(2)*trial

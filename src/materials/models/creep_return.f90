@@ -1,13 +1,13 @@
-!> The creep of a step of the soft soil creep model in p and q, compression positive (the equations and their sources
-!> are those of qsmpm_soft_soil_creep).
+!> Creep of a step of the soft soil creep model in p and q, compression positive (equations and sources in
+!> qsmpm_soft_soil_creep).
 !>
 !> Unknowns are the creep volume strain x of the step and w = q/(M P), P = p + a, of a trial p1, q1:
 !>   p = p1 exp(-x/kappa*),   w + 6 G x w/(M^2 P (1 - w^2)) = q1/(M P),   peq = p + P w^2,
-!>   x/mu* = ln(1 + dt/tau Rbar),   Rbar the mean of (peq/pp)^n in the step, pp that of its start, ln peq even in time:
+!>   x/mu* = ln(1 + dt/tau Rbar),   Rbar the mean of (peq/pp)^n in the step, pp at its start, ln peq linear in time:
 !>   Rbar = R0 (exp(z) - 1)/z,  R0 = (peq0/pp)^n,  z = n ln(peq/peq0),  n = (lambda* - kappa*)/mu*.
-!> That integrates dx/dt = mu*/tau (peq/pp)^n with pp = pp0 exp(x/(lambda* - kappa*)) exactly where ln peq grows evenly:
-!> at constant stress and in compression at a constant rate a step may be as long as one likes. Both equations have one
-!> answer: the second grows with w from 0 to infinity below 1, the third with x; Newton's method, within brackets.
+!> This integrates dx/dt = mu*/tau (peq/pp)^n with pp = pp0 exp(x/(lambda* - kappa*)) exactly where ln peq is linear in
+!> time: at constant stress and in compression at a constant rate the step length is not limited. Both equations have a
+!> unique solution: the second increases with w from 0 to infinity below 1, the third with x. Bracketed Newton's method.
 module qsmpm_creep_return
   use qsmpm_kinds, only: wp
   use qsmpm_swelling_model, only: swelling_line_type, pressure_of, strain_of
@@ -18,25 +18,25 @@ module qsmpm_creep_return
 
   integer, parameter :: most_steps = 100
   real(wp), parameter :: round_off = 1.0e-13_wp
-  !> Share of the smallest pressure below which a peq does not creep; size of z at which its series is as exact.
+  !> Share of the smallest pressure below which there is no creep; size of z below which its series is as accurate.
   real(wp), parameter :: nothing = 1.0e-3_wp, short = 1.0e-4_wp
 
-  !> Beside a swelling line of slope kappa*: lambda* - kappa*, mu*, M, a = c cot(phi), tau.
+  !> Constants in addition to a swelling line of slope kappa*: lambda* - kappa*, mu*, M, a = c cot(phi), tau.
   type, extends(swelling_line_type) :: creep_type
     real(wp) :: plastic = 0.0_wp, creep = 0.0_wp, slope = 0.0_wp, shift = 0.0_wp, reference = 1.0_wp
   end type creep_type
 
-  !> A step: G, dt, pp and peq at the start, p1 and q1; then x, w, p, q, peq, and d(p, q)/d(p1, q1).
+  !> Data of a step: G, dt, pp and peq at the start, p1 and q1; results: x, w, p, q, peq, and d(p, q)/d(p1, q1).
   type :: creep_step_type
     real(wp) :: shear = 0.0_wp, time = 0.0_wp, size = 0.0_wp, before = 0.0_wp, p1 = 0.0_wp, q1 = 0.0_wp
     real(wp) :: x = 0.0_wp, w = 0.0_wp, p = 0.0_wp, q = 0.0_wp, now = 0.0_wp, by(2, 2) = 0.0_wp
-    !> dp/de, and the residual of x with its derivatives by x, w and P.
+    !> dp/de, and the residual of x with its derivatives with respect to x, w and P.
     real(wp) :: bulk = 0.0_wp, residual = 0.0_wp, by_x = 0.0_wp, by_w = 0.0_wp, by_p = 0.0_wp
   end type creep_step_type
 
 contains
 
-  !> peq of p and q.
+  !> Equivalent pressure peq of p and q.
   pure real(wp) function equivalent_pressure(creep, p, q) result(pressure)
     type(creep_type), intent(in) :: creep
     real(wp), intent(in) :: p, q
@@ -45,7 +45,7 @@ contains
     if (p + creep%shift > 0.0_wp) pressure = p + (q/creep%slope)**2/(p + creep%shift)
   end function equivalent_pressure
 
-  !> p, q and x of a step; its derivative.
+  !> Solves for p, q and x of a step and computes the derivative.
   pure subroutine return_creep(creep, step)
     type(creep_type), intent(in) :: creep
     type(creep_step_type), intent(inout) :: step
@@ -60,7 +60,7 @@ contains
     if (.not. (step%time > 0.0_wp .and. step%p1 > nothing*creep%smallest)) return
     call evaluate(creep, step)
     low = 0.0_wp
-    ! All that the elastic strain can give before p is none.
+    ! Upper bound: the elastic strain at which p vanishes.
     high = min(-creep%creep*step%residual, strain_of(creep, step%p1) + (1.0_wp - nothing)*creep%swelling)
     step%x = high
     do i = 1, most_steps
@@ -76,7 +76,7 @@ contains
     call differentiate(creep, step)
   end subroutine return_creep
 
-  !> What w and P of another x make of the residual.
+  !> Change of the residual due to the w and P that follow from x.
   pure real(wp) function by_strain(creep, step) result(by)
     type(creep_type), intent(in) :: creep
     type(creep_step_type), intent(in) :: step
@@ -86,7 +86,7 @@ contains
     by = -step%bulk*step%by_p - step%by_w*(w_by_x - step%bulk*w_by_p)/w_by_w
   end function by_strain
 
-  !> Derivatives of the equation of w by w, x and P.
+  !> Computes the derivatives of the equation of w with respect to w, x and P.
   pure subroutine shear_slopes(creep, step, pressure, b, by_w, by_x, by_p)
     type(creep_type), intent(in) :: creep
     type(creep_step_type), intent(in) :: step
@@ -102,7 +102,7 @@ contains
     end associate
   end subroutine shear_slopes
 
-  !> p, w, peq and the residual of x.
+  !> Evaluates p, w, peq and the residual of x.
   pure subroutine evaluate(creep, step)
     type(creep_type), intent(in) :: creep
     type(creep_step_type), intent(inout) :: step
@@ -123,7 +123,7 @@ contains
     step%by_w = -share*n*slope_of_mean(z)*2.0_wp*pressure*step%w/step%now
   end subroutine evaluate
 
-  !> w of w + b w/(1 - w^2) = w1, below 1.
+  !> Solution w below 1 of w + b w/(1 - w^2) = w1.
   pure real(wp) function shear_level(w1, b) result(w)
     real(wp), intent(in) :: w1, b
     real(wp) :: low, high, excess, change
@@ -146,7 +146,7 @@ contains
     end do
   end function shear_level
 
-  !> ln((exp(z) - 1)/z) and its derivative.
+  !> ln((exp(z) - 1)/z).
   pure real(wp) function log_mean(z)
     real(wp), intent(in) :: z
 
@@ -159,7 +159,7 @@ contains
     end if
   end function log_mean
 
-  !> Its derivative.
+  !> Derivative of ln((exp(z) - 1)/z).
   pure real(wp) function slope_of_mean(z) result(slope)
     real(wp), intent(in) :: z
 
@@ -177,7 +177,7 @@ contains
     if (a < -30.0_wp) value = exp(max(a, -500.0_wp))
   end function log_one_plus
 
-  !> d(p, q)/d(p1, q1): x and w follow so that both equations hold.
+  !> Computes d(p, q)/d(p1, q1): x and w change such that both equations remain satisfied.
   pure subroutine differentiate(creep, step)
     type(creep_type), intent(in) :: creep
     type(creep_step_type), intent(inout) :: step

@@ -3,10 +3,10 @@
 !> With I = tr(sigma), s the deviator, J = s:s/2, tension positive:
 !>   yield f = J^1/2 + a I - k <= 0,   flow g = J^1/2 + b I,
 !>   return to the cone with l = f(trial)/(G + 9 K a b):  s = (1 - G l/J_trial^1/2) s_trial,  I = I_trial - 9 K b l,
-!>   to the apex I = k/a, s = 0 where the first factor would be negative.
+!>   or to the apex I = k/a, s = 0 where the first factor would be negative.
 !> a, b and k match Mohr-Coulomb with c, phi and psi in triaxial compression, in triaxial extension or in plane strain.
-!> There plastic flow leaves no strain along 3, s_33 = -2 b J^1/2, so that with D = (1 - 3 b^2)^1/2 the radius R and the
-!> centre m of Mohr's circle at failure are R (1 - 3 a b)/D = k - 3 a m, to be R = c cos(phi) - m sin(phi).
+!> In plane strain plastic flow has no strain along 3, s_33 = -2 b J^1/2. With D = (1 - 3 b^2)^1/2 the radius R and the
+!> centre m of Mohr's circle at failure satisfy R (1 - 3 a b)/D = k - 3 a m, set equal to R = c cos(phi) - m sin(phi).
 module qsmpm_drucker_prager
   use qsmpm_kinds, only: wp, pi
   use qsmpm_elastic_model, only: elastic_model_type, set_moduli
@@ -22,12 +22,12 @@ module qsmpm_drucker_prager
 
   public :: drucker_prager_parameters_type
 
-  !> Where the cone meets Mohr-Coulomb, numbered as the words of the card.
+  !> Stress states in which the cone matches Mohr-Coulomb, in the order of the values of the keyword parameter.
   integer, parameter, public :: cone_compression = 1, cone_extension = 2, cone_plane_strain = 3
   !> Round-off of the yield function relative to the stresses.
   real(wp), parameter :: round_off = 1.0e-12_wp
 
-  !> Parameters; angles in degrees.
+  !> Parameters of the model; angles in degrees.
   type, extends(law_parameters_type) :: drucker_prager_parameters_type
     real(wp) :: young = 0.0_wp, poisson = 0.0_wp
     real(wp) :: cohesion = 0.0_wp, friction_angle = 0.0_wp, dilatancy_angle = 0.0_wp
@@ -39,7 +39,7 @@ module qsmpm_drucker_prager
     procedure :: lower
   end type drucker_prager_parameters_type
 
-  !> The model; no state variables.
+  !> The constitutive model; it has no state variables.
   type, extends(elastic_model_type) :: drucker_prager_type
     !> a, b, k, and 3 K.
     real(wp) :: a = 0.0_wp, b = 0.0_wp, k = 0.0_wp, bulk3 = 0.0_wp
@@ -49,7 +49,7 @@ module qsmpm_drucker_prager
 
 contains
 
-  !> The card.
+  !> Describes the keyword and the properties of the model.
   pure type(law_description_type) function describe(self) result(law)
     class(drucker_prager_parameters_type), intent(in) :: self
 
@@ -68,7 +68,7 @@ contains
     law%failure_keeps_volume = .not. self%friction_angle > 0.0_wp
   end function describe
 
-  !> Its fields.
+  !> Visits the fields of the keyword.
   subroutine fields(self, visitor)
     class(drucker_prager_parameters_type), intent(inout) :: self
     class(field_visitor_type), intent(inout) :: visitor
@@ -83,7 +83,7 @@ contains
     call visitor%law_number('psi', self%dilatancy_angle, 'dilatancy angle, not above phi', '[0, 90)')
   end subroutine fields
 
-  !> The model; parameters are checked as those of Mohr-Coulomb.
+  !> Makes the model; the parameters are checked as those of Mohr-Coulomb.
   subroutine make_model(self, model, error)
     class(drucker_prager_parameters_type), intent(in) :: self
     class(principal_model_type), allocatable, intent(out) :: model
@@ -103,7 +103,7 @@ contains
     allocate (model, source=made)
   end subroutine make_model
 
-  !> Lower the strength: that of the Mohr-Coulomb soil that the cone is matched to.
+  !> Reduces the strength of the Mohr-Coulomb soil to which the cone is matched.
   subroutine lower(self, by, error)
     class(drucker_prager_parameters_type), intent(inout) :: self
     type(strength_factor_type), intent(in) :: by
@@ -113,7 +113,7 @@ contains
     call lower_strength(by, self%cohesion, self%friction_angle, self%dilatancy_angle)
   end subroutine lower
 
-  !> a, b and k.
+  !> Computes a, b and k.
   pure subroutine match_cone(parameters, model)
     class(drucker_prager_parameters_type), intent(in) :: parameters
     type(drucker_prager_type), intent(inout) :: model
@@ -137,13 +137,13 @@ contains
     end if
   end subroutine match_cone
 
-  !> Return mapping of the trial stress.
+  !> Returns the trial stress to the cone or to its apex.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(drucker_prager_type), intent(in) :: self
-    !> G; principal trial stresses (3); none of them, nor the cell's size.
+    !> G; principal trial stresses (3); no state variables; the cell size is not used.
     real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     real(wp), intent(in) :: cell_size
-    !> Whether the derivative is wanted.
+    !> Whether the derivative is required.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
     real(wp) :: mean, deviator(3), root, excess, l, keep
@@ -166,11 +166,11 @@ contains
     end if
   end subroutine update
 
-  !> d stress / d trial stress on the cone: with q = s_trial/J^1/2, dl = (q/2 + a)/(G + 9 K a b).
+  !> Computes d stress / d trial stress on the cone: with q = s_trial/J^1/2, dl = (q/2 + a)/(G + 9 K a b).
   pure subroutine differentiate(self, modulus, deviator, root, l, keep, derivative)
     class(drucker_prager_type), intent(in) :: self
     real(wp), intent(in) :: modulus
-    !> s_trial, J_trial^1/2, l, and the factor of s_trial.
+    !> s_trial, J_trial^1/2, l, and the factor applied to s_trial.
     real(wp), intent(in) :: deviator(3), root, l, keep
     real(wp), intent(out) :: derivative(3, 3)
     real(wp) :: q(3), by_l

@@ -1,6 +1,6 @@
-!> Linear isotropic elasticity in principal values, alone or under a strength that extends it.
+!> Linear isotropic elasticity in principal values, alone or as the base of models with a strength.
 !>
-!> The trial is the stress D eps; without strength it is the stress.
+!> The trial is the stress D eps; without strength it is the stress itself.
 module qsmpm_elastic_model
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
@@ -12,7 +12,7 @@ module qsmpm_elastic_model
 
   public :: elastic_model_type, set_moduli
 
-  !> The model; no state variables.
+  !> The constitutive model; it has no state variables.
   type, extends(principal_model_type) :: elastic_model_type
   contains
     procedure :: initial_state
@@ -24,7 +24,7 @@ module qsmpm_elastic_model
 
 contains
 
-  !> Moduli of checked parameters.
+  !> Sets the moduli from checked parameters.
   pure subroutine set_moduli(parameters, model)
     type(material_parameters_type), intent(in) :: parameters
     class(elastic_model_type), intent(inout) :: model
@@ -40,7 +40,7 @@ contains
     model%symmetric = .true.
   end subroutine set_moduli
 
-  !> Nothing has yielded.
+  !> Initialises the state variables with zeros.
   pure subroutine initial_state(self, stress, state)
     class(elastic_model_type), intent(in) :: self
     !> Principal Cauchy stresses (3).
@@ -51,7 +51,7 @@ contains
     state = 0.0_wp
   end subroutine initial_state
 
-  !> G, of any stress.
+  !> Shear modulus G, independent of the stress.
   pure real(wp) function shear_modulus(self, stress)
     class(elastic_model_type), intent(in) :: self
     !> Principal stresses (3).
@@ -71,7 +71,7 @@ contains
     strain = (stress - mean)/(2.0_wp*modulus) + mean/(3.0_wp*self%trial_lame + 2.0_wp*modulus)
   end function elastic_strain
 
-  !> The trial stress.
+  !> Returns the trial stress.
   pure subroutine elastic_update(self, modulus, trial, result)
     class(elastic_model_type), intent(in) :: self
     !> G; principal trial stresses (3).
@@ -83,14 +83,14 @@ contains
     result%derivative = identity
   end subroutine elastic_update
 
-  !> Nothing yields.
+  !> Returns the elastic trial: no yielding.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(elastic_model_type), intent(in) :: self
-    !> G; principal trial stresses (3); none of them.
+    !> G; principal trial stresses (3); no state variables.
     real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     !> Size of the point's cell.
     real(wp), intent(in) :: cell_size
-    !> Whether the derivative is wanted.
+    !> Whether the derivative is required.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
 

@@ -1,10 +1,10 @@
-!> The hardening soil model (Schanz, Vermeer and Bonnier 1999) in principal values: a hyperbola in shear up to
-!> Mohr-Coulomb strength, a cap in compression, stiffness that follows the smallest stress.
+!> The hardening soil model (Schanz, Vermeer and Bonnier 1999) in principal values: hyperbolic shear hardening up to the
+!> Mohr-Coulomb strength, a cap in compression, and a stiffness that depends on the smallest stress.
 !>
-!> Elasticity is Hooke's with Eur S^m, S the level of the smallest stress at the start of the step
-!> (qsmpm_hardening_soil_surfaces). State: plastic shear strain and preconsolidation pressure pp of the cap.
-!> Surfaces and flow are those of qsmpm_hardening_soil_surfaces, the return that of qsmpm_hardening_soil_return. A trial
-!> beyond the apex that no surface answers goes to the apex at c cot phi.
+!> Elasticity is Hooke's law with Eur S^m, S the level of the smallest stress at the start of the step. The state
+!> variables are the plastic shear strain and the preconsolidation pressure pp of the cap. Surfaces and flow are defined
+!> in qsmpm_hardening_soil_surfaces, the return in qsmpm_hardening_soil_return. A trial beyond the apex for which no
+!> return to the surfaces is found is returned to the apex at c cot phi.
 module qsmpm_hardening_soil
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -23,14 +23,14 @@ module qsmpm_hardening_soil
 
   public :: hardening_soil_parameters_type
 
-  !> The parameters.
+  !> Parameters of the model.
   type, extends(hardening_soil_data_type) :: hardening_soil_parameters_type
   contains
     procedure :: make_model
     procedure :: make_soil_model
   end type hardening_soil_parameters_type
 
-  !> The model.
+  !> The constitutive model.
   type, extends(principal_model_type) :: hardening_soil_type
     type(surfaces_type) :: surfaces
     real(wp) :: ocr = 1.0_wp, pop = 0.0_wp
@@ -45,11 +45,11 @@ module qsmpm_hardening_soil
 
 contains
 
-  !> The model.
+  !> Makes the model.
   subroutine make_model(self, model, error)
     class(hardening_soil_parameters_type), intent(in) :: self
     class(principal_model_type), allocatable, intent(out) :: model
-    !> Set when a parameter is out of its range, or no cap gives K0nc and Eoed.
+    !> Set when a parameter is out of its range, or when no cap gives K0nc and Eoed.
     type(error_type), allocatable, intent(out) :: error
     type(hardening_soil_type) :: made
 
@@ -60,18 +60,19 @@ contains
     made%message = 'hardening soil: the strain of the step has no return to the yield surfaces'
     made%ocr = self%ocr
     made%pop = self%pop
-    ! Most of the soil under a load is on its way to strength.
+    ! Representative stiffness: most of the soil under a load approaches its strength.
     made%young = self%e50
     made%shear = self%e50/(2.0_wp*(1.0_wp + self%poisson))
     call make_surfaces(self, made%surfaces, error)
     if (.not. allocated(error)) allocate (model, source=made)
   end subroutine make_model
 
-  !> The model with small-strain stiffness, where that is given; a lowered soil has the stiffness of unloading.
+  !> Makes the model with small-strain stiffness where its parameters are given; with a reduced strength the stiffness
+  !> is that of unloading.
   subroutine make_soil_model(self, model, error)
     class(hardening_soil_parameters_type), intent(in) :: self
     class(soil_model_type), allocatable, intent(out) :: model
-    !> As of `make_model`.
+    !> As in `make_model`.
     type(error_type), allocatable, intent(out) :: error
     class(principal_model_type), allocatable :: soil
     real(wp) :: ratio
@@ -84,8 +85,8 @@ contains
     call make_small_strain_model(soil, ratio, self%threshold, model)
   end subroutine make_soil_model
 
-  !> State of a stress: both surfaces pass through it, or through the stress of one-dimensional compression
-  !> under the largest vertical stress of the past where OCR or POP say that there was one.
+  !> Initialises the state: both surfaces pass through the stress, or through the stress of one-dimensional
+  !> compression under the largest previous vertical stress where OCR or POP define one.
   pure subroutine initial_state(self, stress, state)
     class(hardening_soil_type), intent(in) :: self
     !> Principal stresses (3).
@@ -106,7 +107,7 @@ contains
     call self%field_to_state(state)
   end subroutine initial_state
 
-  !> No negative strain, no cap below the smallest stress.
+  !> Limits the plastic shear strain to non-negative values and the cap to the smallest stress.
   pure subroutine field_to_state(self, state)
     class(hardening_soil_type), intent(in) :: self
     !> Plastic shear strain, pp (2).
@@ -116,7 +117,7 @@ contains
     state(2) = max(state(2), self%surfaces%least*self%surfaces%reference)
   end subroutine field_to_state
 
-  !> G of a step.
+  !> Shear modulus G of a step.
   pure real(wp) function shear_modulus(self, stress)
     class(hardening_soil_type), intent(in) :: self
     !> Principal stresses (3).
@@ -140,7 +141,7 @@ contains
     end associate
   end function elastic_strain
 
-  !> Stress and derivative without strength.
+  !> Computes the elastic stress and its derivative.
   pure subroutine elastic_update(self, modulus, trial, result)
     class(hardening_soil_type), intent(in) :: self
     !> G of the step; principal elastic strains (3).
@@ -154,14 +155,14 @@ contains
     result%derivative = elastic_map(lame, modulus)
   end subroutine elastic_update
 
-  !> Stress, state and derivative.
+  !> Updates stress, state variables and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(hardening_soil_type), intent(in) :: self
     !> G of the step; principal trial strains (3); plastic shear strain, pp (2).
     real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     !> Size of the point's cell.
     real(wp), intent(in) :: cell_size
-    !> Whether the derivative is wanted.
+    !> Whether the derivative is required.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
     type(hardening_return_type) :: r
@@ -193,15 +194,15 @@ contains
     end do
   end subroutine update
 
-  !> Return an ordered trial stress to the surfaces, or to the apex.
+  !> Returns an ordered trial stress to the surfaces, or to the apex.
   pure subroutine return_ordered(surfaces, r, with_derivative, slope, found)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
-    !> Whether the derivative is wanted.
+    !> Whether the derivative is required.
     logical, intent(in) :: with_derivative
     !> d stress / d trial stress (3,3).
     real(wp), intent(out) :: slope(3, 3)
-    !> Whether there is an answer.
+    !> Whether a solution was found.
     logical, intent(out) :: found
     logical :: beyond_apex, dilates
 

@@ -1,7 +1,7 @@
-!> What the user says of the hardening soil model, as plain data, and the check that it makes sense.
+!> Parameters of the hardening soil model as plain data, and the check of their consistency.
 !>
-!> Angles are in degrees, pressures and moduli positive in the deck's consistent units. The model is made of this in
-!> qsmpm_hardening_soil.
+!> Angles are in degrees; pressures and moduli are positive, in the deck's consistent units. The model is made
+!> in qsmpm_hardening_soil.
 module qsmpm_hardening_soil_parameters
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
@@ -12,7 +12,7 @@ module qsmpm_hardening_soil_parameters
 
   public :: hardening_soil_data_type, check_hardening_soil, has_small_strain
 
-  !> All but the model that is made of it.
+  !> Parameters, without the procedures that make the model.
   type, abstract, extends(law_parameters_type) :: hardening_soil_data_type
     !> Secant modulus at half the strength, tangent modulus of one-dimensional compression, modulus of
     !> unloading, all at the reference pressure, and the power of their dependence on the stress.
@@ -26,19 +26,19 @@ module qsmpm_hardening_soil_parameters
     real(wp) :: cohesion = 0.0_wp
     real(wp) :: friction_angle = 0.0_wp
     real(wp) :: dilatancy_angle = 0.0_wp
-    !> Strength over the asymptote of the hyperbola.
+    !> Ratio of the strength to the asymptote of the hyperbola.
     real(wp) :: ratio = 0.9_wp
-    !> Stress ratio of one-dimensional compression; negative: 1 - sin phi.
+    !> Stress ratio of one-dimensional compression; if negative, 1 - sin phi.
     real(wp) :: k0 = -1.0_wp
-    !> Largest vertical stress of the past: OCR times the initial one, plus POP.
+    !> Largest previous vertical stress: OCR times the initial stress, plus POP.
     real(wp) :: ocr = 1.0_wp
     real(wp) :: pop = 0.0_wp
-    !> Smallest stress for stiffness; not positive: a hundredth of the reference pressure.
+    !> Smallest stress at which stiffness is evaluated; if not positive, a hundredth of the reference pressure.
     real(wp) :: smallest_pressure = -1.0_wp
     !> Shear modulus at very small strain and the reference pressure, and the shear strain at which its secant has
-    !> fallen to 0.72 of it; not positive: none.
+    !> decreased to 0.72 of it; not positive: not given.
     real(wp) :: small_shear = -1.0_wp, threshold = -1.0_wp
-    !> Angles of a lowered cone, c cot phi being that of the soil; negative: those above.
+    !> Angles of a reduced cone, with the c cot phi of the soil; if negative, the angles above.
     real(wp) :: lowered_friction = -1.0_wp, lowered_dilatancy = -1.0_wp
   contains
     procedure :: describe
@@ -48,7 +48,7 @@ module qsmpm_hardening_soil_parameters
 
 contains
 
-  !> The card.
+  !> Describes the keyword and the properties of the model.
   pure type(law_description_type) function describe(self) result(law)
     class(hardening_soil_data_type), intent(in) :: self
 
@@ -65,7 +65,7 @@ contains
     law%cohesion = self%cohesion
   end function describe
 
-  !> Its fields.
+  !> Visits the fields of the keyword.
   subroutine fields(self, visitor)
     class(hardening_soil_data_type), intent(inout) :: self
     class(field_visitor_type), intent(inout) :: visitor
@@ -97,7 +97,7 @@ contains
       required=.false.)
   end subroutine fields
 
-  !> Lower the cone; the cap stays.
+  !> Reduces the strength of the cone; the cap is not changed.
   subroutine lower(self, by, error)
     class(hardening_soil_data_type), intent(inout) :: self
     type(strength_factor_type), intent(in) :: by
@@ -109,19 +109,19 @@ contains
     cohesion = self%cohesion
     self%lowered_friction = self%friction_angle
     self%lowered_dilatancy = self%dilatancy_angle
-    ! c/F and tan(phi)/F leave the apex where it is.
+    ! c/F and tan(phi)/F do not move the apex.
     call lower_strength(by, cohesion, self%lowered_friction, self%lowered_dilatancy)
   end subroutine lower
 
-  !> Whether stiffness at small strain is given.
+  !> Whether small-strain stiffness is given.
   pure logical function has_small_strain(parameters)
     class(hardening_soil_data_type), intent(in) :: parameters
 
     has_small_strain = max(parameters%small_shear, parameters%threshold) > 0.0_wp
   end function has_small_strain
 
-  !> Refuse parameters that do not go together; the range of each is that of its field, and whether a cap exists is
-  !> found by qsmpm_hardening_soil_surfaces.
+  !> Checks the combination of the parameters; the range of each is checked by its field, and the existence of a cap by
+  !> qsmpm_hardening_soil_surfaces.
   pure subroutine check_hardening_soil(parameters, error)
     class(hardening_soil_data_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.

@@ -3,12 +3,12 @@
 !>
 !> Unknowns are the stresses, the plastic shear strains g of the plane 13 and h of the plane that meets it at
 !> an edge (12 where s2 = s3, 23 where s1 = s2), and the plastic volume strain v of the cap. With the flow
-!> m = ((1 - sin psi)/2, -(1 + sin psi)/2) of a plane and that of the cap n,
+!> m = ((1 - sin psi)/2, -(1 + sin psi)/2) of a plane and the flow n of the cap,
 !>   s - s_trial + D (g m13 + h m_edge + v n) = 0,  s1 - s3 = Y(s3, gamma + g + h),
 !>   s2 = s3 or s1 = s2,  cap(s) = P(v).
-!> Surfaces that are not active leave their equation for a multiplier of zero. Newton's method finds the
-!> unknowns of a set of surfaces; which set it is follows from the signs. Where that fails, every set is tried,
-!> and then the trial is walked to from the last elastic stress on the way, each answer the start of the next.
+!> The equation of an inactive surface sets its multiplier to zero. Newton's method solves for the unknowns of a given
+!> active set; the signs of the solution determine the set. If this fails, every set is tried, and then the trial stress
+!> is reached in increments from an elastic stress, each solution being the start of the next.
 module qsmpm_hardening_soil_return
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -20,16 +20,16 @@ module qsmpm_hardening_soil_return
   public :: hardening_return_type, solve_return, is_outside, stress_derivative
 
   integer, parameter :: most_steps = 30, most_halvings = 8, most_changes = 8
-  !> Edges.
+  !> Edges of the shear surface.
   integer, parameter, public :: no_edge = 0, low_edge = 1, high_edge = 2
-  !> Relative change at which the next Newton step would change nothing; round-off of stresses.
+  !> Relative change below which Newton's method has converged; round-off of stresses.
   real(wp), parameter :: small_change = 1.0e-8_wp, round_off = 1.0e-11_wp
-  !> Relative change at which the set at hand is seen to be the wrong one.
+  !> Relative change at which the active set is recognised as wrong.
   real(wp), parameter :: rough_change = 1.0e-2_wp
 
-  !> A return: its data, its set of surfaces, its unknowns.
+  !> A return: its data, active set and unknowns.
   type :: hardening_return_type
-    !> Trial stress, moduli of the step, history at the start: gamma and P.
+    !> Trial stress, moduli of the step, state variables at the start: gamma and P.
     real(wp) :: trial(3) = 0.0_wp, lame = 0.0_wp, shear = 0.0_wp, gamma = 0.0_wp, size_of = 0.0_wp
     logical :: slips = .false., caps = .false.
     integer :: edge = no_edge
@@ -40,7 +40,7 @@ module qsmpm_hardening_soil_return
 
 contains
 
-  !> Whether the trial lies outside the surfaces.
+  !> Whether the trial stress is outside the surfaces.
   pure logical function is_outside(surfaces, r)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(in) :: r
@@ -50,7 +50,7 @@ contains
     is_outside = max(slip, cap) > tolerance(surfaces, r)
   end function is_outside
 
-  !> Stress that counts as none.
+  !> Stress below which an excess is regarded as zero.
   pure real(wp) function tolerance(surfaces, r)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(in) :: r
@@ -58,7 +58,7 @@ contains
     tolerance = round_off*(maxval(abs(r%trial)) + surfaces%least*surfaces%reference)
   end function tolerance
 
-  !> How far a stress lies outside the two surfaces.
+  !> Computes the excess of a stress over the two surfaces.
   pure subroutine excess(surfaces, r, stress, strain, volume, slip, cap)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(in) :: r
@@ -76,11 +76,11 @@ contains
     cap = cap_size(surfaces, stress) - limit
   end subroutine excess
 
-  !> Find the stress of a trial that lies outside.
+  !> Finds the stress of a trial that is outside the surfaces.
   pure subroutine solve_return(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
-    !> Whether it was found.
+    !> Whether a solution was found.
     logical, intent(out) :: found
 
     r%unknown(1:3) = r%trial
@@ -91,7 +91,7 @@ contains
     if (.not. found) call walk_to_trial(surfaces, r, found)
   end subroutine solve_return
 
-  !> The surfaces that the trial lies outside of.
+  !> Initialises the active set with the surfaces that the trial stress exceeds.
   pure subroutine choose_first_set(surfaces, r)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
@@ -110,11 +110,11 @@ contains
     end if
   end subroutine choose_first_set
 
-  !> Newton's method, changing the set as the signs of its answer say.
+  !> Solves by Newton's method with changes of the active set according to the signs of its solution.
   pure subroutine follow_signs(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
-    !> Whether an admissible answer was found.
+    !> Whether an admissible solution was found.
     logical, intent(out) :: found
     integer :: i
     logical :: changed
@@ -129,7 +129,7 @@ contains
     found = .false.
   end subroutine follow_signs
 
-  !> Whether an answer is on the right branch: cone and cap go on, mirrored, beyond the apex.
+  !> Whether a solution is on the physical branch: the equations of cone and cap have a mirrored branch beyond the apex.
   pure logical function is_compressed(surfaces, r)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(in) :: r
@@ -140,11 +140,11 @@ contains
     end associate
   end function is_compressed
 
-  !> Let go of surfaces with negative multipliers and take up those that are passed.
+  !> Removes surfaces with negative multipliers from the active set and adds surfaces that are exceeded.
   pure subroutine change_set(surfaces, r, changed)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
-    !> Whether the set is another one.
+    !> Whether the active set has changed.
     logical, intent(out) :: changed
     real(wp) :: slip, cap, small, tiny_strain
 
@@ -174,11 +174,11 @@ contains
     end associate
   end subroutine change_set
 
-  !> Every set from the trial.
+  !> Tries every active set, starting from the trial stress.
   pure subroutine try_all_sets(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
-    !> Whether one has an admissible answer.
+    !> Whether one of them has an admissible solution.
     logical, intent(out) :: found
     integer :: set
     logical :: changed
@@ -198,11 +198,11 @@ contains
     found = .false.
   end subroutine try_all_sets
 
-  !> Walk to the trial from the isotropic stress of the smallest trial pressure that is elastic.
+  !> Steps to the trial stress from an isotropic stress, the mean trial stress limited to the elastic range.
   pure subroutine walk_to_trial(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
-    !> Whether it was reached.
+    !> Whether the trial stress was reached.
     logical, intent(out) :: found
     real(wp) :: goal(3), from(3), share, step
     type(hardening_return_type) :: last
@@ -235,11 +235,11 @@ contains
     found = .false.
   end subroutine walk_to_trial
 
-  !> Newton's method for the set at hand from the unknowns at hand.
+  !> Solves by Newton's method for the present active set from the present unknowns.
   pure subroutine newton(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
-    !> Whether it arrived, or came near enough to see that an edge is active (`change_set` takes it up).
+    !> Whether it converged, or is close enough to show that an edge is active (which `change_set` then adds).
     logical, intent(out) :: found
     real(wp) :: residual(6), change(6), before(6), old, scale, length
     integer :: step, halving
@@ -266,7 +266,7 @@ contains
       found = maxval(abs(change(1:3))) <= small_change*scale &
         .and. maxval(abs(change(4:6)))*r%shear <= small_change*scale
       if (found) exit
-      ! Stresses far out of order: the edge will be active, and the set at hand is not worth more corrections.
+      ! Stresses far out of order: the edge will be active, and further corrections of the present set are of no use.
       associate (s => r%unknown(1:3), rough => rough_change*scale)
         found = maxval(abs(change(1:3))) <= rough .and. r%slips .and. r%edge == no_edge .and. &
           (s(2) < s(3) - rough .or. s(2) > s(1) + rough)
@@ -275,7 +275,7 @@ contains
     end do
   end subroutine newton
 
-  !> Residuals and Jacobian, all of them stresses.
+  !> Computes residuals and Jacobian, all in units of stress.
   pure subroutine residuals(surfaces, r, residual)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
@@ -311,7 +311,7 @@ contains
     if (r%caps) call add_cap(surfaces, r, residual)
   end subroutine residuals
 
-  !> What the slip on the planes takes from the trial stress.
+  !> Adds the plastic corrector of the slip on the planes to residual and Jacobian.
   pure subroutine add_slip(surfaces, r, residual)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
@@ -341,7 +341,7 @@ contains
     r%jacobian(1:3, 3) = r%jacobian(1:3, 3) + by_psi*slope(2)
   end subroutine add_slip
 
-  !> What the cap takes from the trial stress, and its own equation.
+  !> Adds the plastic corrector of the cap and the equation of the cap.
   pure subroutine add_cap(surfaces, r, residual)
     type(surfaces_type), intent(in) :: surfaces
     type(hardening_return_type), intent(inout) :: r
@@ -356,7 +356,7 @@ contains
       flow = 1.0_wp/3.0_wp + c*dev
       residual(1:3) = residual(1:3) + corrector(r, v*flow)
       do b = 1, 3
-        ! Without a mean, so that D is 2 G.
+        ! The derivative of the flow has no volumetric part, so that D is 2 G.
         r%jacobian(1:3, b) = r%jacobian(1:3, b) + 2.0_wp*r%shear*v*c*(identity(:, b) - 1.0_wp/3.0_wp - dev/(3.0_wp*p))
       end do
       r%jacobian(1:3, 6) = corrector(r, flow)
@@ -368,7 +368,7 @@ contains
     end associate
   end subroutine add_cap
 
-  !> D times a strain.
+  !> Product of D and a strain.
   pure function corrector(r, strain) result(stress)
     !> Moduli.
     type(hardening_return_type), intent(in) :: r
@@ -379,11 +379,11 @@ contains
     stress = r%lame*(strain(1) + strain(2) + strain(3)) + 2.0_wp*r%shear*strain
   end function corrector
 
-  !> d stress / d trial stress of a return that was found.
+  !> Computes d stress / d trial stress of a converged return.
   pure subroutine stress_derivative(r, derivative, found)
     type(hardening_return_type), intent(in) :: r
     real(wp), intent(out) :: derivative(3, 3)
-    !> Whether there is one.
+    !> Whether it exists.
     logical, intent(out) :: found
     real(wp) :: right(6, 3)
 
@@ -393,15 +393,15 @@ contains
     derivative = right(1:3, :)
   end subroutine stress_derivative
 
-  !> Solve with the Jacobian by blocks of three, stresses and multipliers: with [A B; C D] the multipliers are those of
-  !> D - C A^-1 B. A is the unit matrix but for the change of the flow.
+  !> Solves with the Jacobian by blocks of three, stresses and multipliers: for [A B; C D] the multipliers follow from
+  !> D - C A^-1 B. A is the unit matrix except for the change of the flow.
   pure subroutine solve_blocks(jacobian, n, b, solvable)
     real(wp), intent(in) :: jacobian(6, 6)
     !> Number of right-hand sides.
     integer, intent(in) :: n
     !> Right-hand sides, then solutions.
     real(wp), intent(inout) :: b(6, n)
-    !> False where a block is singular: the right-hand sides stay.
+    !> False where a block is singular; the right-hand sides are then unchanged.
     logical, intent(out) :: solvable
     real(wp) :: block(3, 3), inverse_a(3, 3), inverse_s(3, 3), c(3, 3), effect(3, 3), x(3), y(3)
     integer :: k
@@ -426,10 +426,10 @@ contains
     end do
   end subroutine solve_blocks
 
-  !> Inverse of a block. Here, as a call to another module for each would cost as much as the inverse.
+  !> Inverts a block. It is in this module because a call to another module would cost as much as the inversion.
   pure subroutine invert(a, b, solvable)
     real(wp), intent(in) :: a(3, 3)
-    !> Not set where the block is singular.
+    !> Undefined where the block is singular.
     real(wp), intent(out) :: b(3, 3)
     logical, intent(out) :: solvable
     real(wp) :: det

@@ -4,11 +4,11 @@
 !> With a = c cot phi, t = s3 + a, S = t/(pref + a), q = s1 - s3, kf = 2 sin phi/(1 - sin phi):
 !>   strength  qf = kf t,  asymptote of the hyperbola qa = qf/Rf,  Ei = 2 E50/(2 - Rf),
 !>   shear     g = S^-m [2 q/Ei/(1 - q/qa) - 2 q/Eur],  g the plastic shear strain 2 e1 - ev, q <= qf,
-!>   dilatancy sin psi_m = (sin phi_m - sin phi_cv)/(1 - sin phi_m sin phi_cv), none below phi_cv,
+!>   dilatancy sin psi_m = (sin phi_m - sin phi_cv)/(1 - sin phi_m sin phi_cv), zero below phi_cv,
 !>             sin phi_m = q/(s1 + s3 + 2a),
 !>   cap       q~^2/Mc^2 + (p + a)^2 = P^2,  q~^2 = 3/2 s:s,  P = pp + a,  associated flow,
 !>             dP = H (P/(pref + a))^m dev.
-!> Mc and H are found from K0nc and Eoed: along s3 = K0nc s1 there are no lateral strains, and the tangent
+!> Mc and H are determined by K0nc and Eoed: along s3 = K0nc s1 there are no lateral strains, and the tangent
 !> modulus at s1 = pref is Eoed. Both follow from the strains of the elastic and the shear part in closed form.
 module qsmpm_hardening_soil_surfaces
   use qsmpm_kinds, only: wp, pi
@@ -27,7 +27,7 @@ module qsmpm_hardening_soil_surfaces
     real(wp) :: power = 0.0_wp
     !> Ei, Eur at the reference pressure, nu.
     real(wp) :: initial = 1.0_wp, unloading = 1.0_wp, poisson = 0.2_wp
-    !> 2/Ei - 2/Eur and 2/Eur, of a hot loop.
+    !> 2/Ei - 2/Eur and 2/Eur, stored because they are used at every point.
     real(wp) :: softness = 0.0_wp, twice_swelling = 2.0_wp
     !> kf, kf/Rf, sin phi_cv, sin phi.
     real(wp) :: strength = 0.0_wp, asymptote = 0.0_wp, critical = 0.0_wp, friction = 0.0_wp
@@ -37,7 +37,7 @@ module qsmpm_hardening_soil_surfaces
 
 contains
 
-  !> Constants of checked parameters.
+  !> Computes the constants from checked parameters.
   pure subroutine make_surfaces(parameters, surfaces, error)
     class(hardening_soil_data_type), intent(in) :: parameters
     !> The constants.
@@ -64,7 +64,7 @@ contains
     end associate
   end subroutine make_surfaces
 
-  !> Strength, asymptote and dilatancy; degrees.
+  !> Sets strength, asymptote and dilatancy; angles in degrees.
   pure subroutine set_cone(friction_angle, dilatancy_angle, ratio, surfaces)
     real(wp), intent(in) :: friction_angle, dilatancy_angle, ratio
     type(surfaces_type), intent(inout) :: surfaces
@@ -79,9 +79,9 @@ contains
     end associate
   end subroutine set_cone
 
-  !> Mc and H from K0nc and Eoed.
+  !> Computes Mc and H from K0nc and Eoed.
   pure subroutine find_cap(pressure, eoed, surfaces, error)
-    !> Vertical stress at which the modulus of one-dimensional compression is known; that modulus.
+    !> Vertical stress at which the modulus of one-dimensional compression is given, and that modulus.
     real(wp), intent(in) :: pressure, eoed
     !> The constants.
     type(surfaces_type), intent(inout) :: surfaces
@@ -98,7 +98,7 @@ contains
         return
       end if
       young = s%unloading*stress_power(s, stress_level(s, stress(3)))
-      ! Strains for one unit of vertical stress: elastic, shear, and what is left for the cap.
+      ! Strains per unit of vertical stress: elastic part, shear part, and the remainder for the cap.
       shear = max(0.0_wp, shear_growth(s, q, stress(3)))
       call mobilised_dilatancy(s, stress, psi, slope)
       axial = 1.0_wp/eoed - (1.0_wp - 2.0_wp*s%poisson*k0)/young - 0.5_wp*shear*(1.0_wp - psi)
@@ -121,7 +121,7 @@ contains
     end associate
   end subroutine find_cap
 
-  !> Growth of g for one unit of s1 with s3 = K0nc s1.
+  !> Rate of g per unit of s1 with s3 = K0nc s1.
   pure real(wp) function shear_growth(s, q, s3)
     !> The constants.
     type(surfaces_type), intent(in) :: s
@@ -137,7 +137,7 @@ contains
     shear_growth = by_q*(1.0_wp - s%k0) + by_t*s%k0
   end function shear_growth
 
-  !> S, not below its least value.
+  !> Stress level S, not below its least value.
   pure real(wp) function stress_level(s, s3)
     !> The constants.
     type(surfaces_type), intent(in) :: s
@@ -147,7 +147,7 @@ contains
     stress_level = max((s3 + s%shift)/s%reference, s%least)
   end function stress_level
 
-  !> x^m. Most sands have m = 1/2 and clays m = 1, for which it costs a tenth of the general power.
+  !> x^m. m = 1/2 of most sands and m = 1 of clays are computed at a tenth of the cost of the general power.
   pure real(wp) function stress_power(s, x)
     !> The constants.
     type(surfaces_type), intent(in) :: s
@@ -162,7 +162,7 @@ contains
     end if
   end function stress_power
 
-  !> g of a stress on its shear surface; of a stress near failure, that of 0.999 qf.
+  !> g of a stress on its shear surface; near failure, g of 0.999 qf.
   pure real(wp) function shear_strain(s, q, s3)
     !> The constants.
     type(surfaces_type), intent(in) :: s
@@ -175,7 +175,7 @@ contains
     shear_strain = (2.0_wp*x/s%initial/(1.0_wp - x/qa) - 2.0_wp*x/s%unloading) /stress_power(s, stress_level(s, s3))
   end function shear_strain
 
-  !> Largest s1 - s3 for a g: the hyperbola solved for q, up to the strength.
+  !> Computes the largest s1 - s3 for a given g: the hyperbola solved for q, up to the strength.
   pure subroutine shear_limit(s, s3, g, limit, by_s3, by_g)
     !> The constants.
     type(surfaces_type), intent(in) :: s
@@ -205,7 +205,7 @@ contains
     by_g = (qa - q)*level*slope
   end subroutine shear_limit
 
-  !> sin psi_m and its derivatives.
+  !> Computes sin psi_m and its derivatives.
   pure subroutine mobilised_dilatancy(s, stress, psi, slope)
     !> The constants.
     type(surfaces_type), intent(in) :: s
@@ -230,7 +230,7 @@ contains
     slope = slope*(1.0_wp - s%critical**2)/(1.0_wp - mobilised*s%critical)**2
   end subroutine mobilised_dilatancy
 
-  !> P of the cap through a stress.
+  !> Size P of the cap through a stress.
   pure real(wp) function cap_size(s, stress)
     !> The constants.
     type(surfaces_type), intent(in) :: s
@@ -242,7 +242,7 @@ contains
     cap_size = sqrt(1.5_wp*sum((stress - p)**2)/s%cap2 + (p + s%shift)**2)
   end function cap_size
 
-  !> P after a plastic volume strain of the cap.
+  !> Computes P after a plastic volume strain of the cap.
   pure subroutine cap_growth(s, start, volume, size_of, slope)
     !> The constants.
     type(surfaces_type), intent(in) :: s
@@ -255,7 +255,7 @@ contains
 
     x = s%hardening*volume/s%reference
     if (s%power < 1.0_wp - 1.0e-6_wp) then
-      ! With b = P^(1-m) over that of the start, P = start b^(1/(1-m)) and P^m = start^m b^(m/(1-m)).
+      ! With b = P^(1-m) divided by its value at the start, P = start b^(1/(1-m)) and P^m = start^m b^(m/(1-m)).
       level = stress_power(s, start/s%reference)
       growth = max(1.0_wp + (1.0_wp - s%power)*x*level*s%reference/start, smallest_base)
       slope = growth

@@ -4,12 +4,12 @@
 !>   f = s1 - s3 - g(s1) <= 0,  g(t) = s_ci (s - m_b t/s_ci)^a,  t up to T = s s_ci/m_b,
 !>   m_b = m_i exp((GSI - 100)/(28 - 14 D)),  s = exp((GSI - 100)/(9 - 3 D)),
 !>   a = 1/2 + (exp(-GSI/15) - exp(-20/3))/6.
-!> At every t the surface has a tangent of Mohr and Coulomb, k s1 - s3 = s_c with k = 1 - g' and s_c = g - g' t: a trial
-!> stress goes back to the tangent that touches where it ends, s1 = t(tangent), which a bracketed Newton's method finds.
-!> Flow is along m e_1 - e_3 with m of the dilatancy angle, or with m = k (associated). As the touching point does not
-!> move when a tangent turns, the derivative is that of Mohr-Coulomb and a part of m' alone.
+!> At every t the surface has a Mohr-Coulomb tangent k s1 - s3 = s_c with k = 1 - g' and s_c = g - g' t. A trial stress
+!> is returned to the tangent that touches the surface at the final stress, s1 = t(tangent), found by a bracketed
+!> Newton's method. The flow is along m e_1 - e_3 with m of the dilatancy angle, or with m = k (associated). As the
+!> touching point does not move when the tangent rotates, the derivative is that of Mohr-Coulomb plus a term in m'.
 !> A factor F divides the envelope tau(sigma_n) (Hammah, Yacoub, Corkum and Curran 2005): c and tan(phi) of the tangent
-!> at a normal stress over F; the circle that it touches there has another s1.
+!> at a normal stress are divided by F; the circle that it touches there has a different s1.
 module qsmpm_hoek_brown
   use qsmpm_kinds, only: wp
   use qsmpm_elastic_model, only: elastic_model_type, set_moduli
@@ -26,17 +26,17 @@ module qsmpm_hoek_brown
   public :: hoek_brown_parameters_type
 
   integer, parameter, public :: flow_constant = 1, flow_associated = 2
-  !> Of stresses: round-off of the yield function, and of the touching point.
+  !> Relative to the stresses: round-off of the yield function, and tolerance of the touching point.
   real(wp), parameter :: round_off = 1.0e-12_wp, near = 1.0e-13_wp
-  !> The least distance from T over T: tangents at T itself are steep without end. Share of it for differences.
+  !> Least distance from T relative to T: the slope of tangents at T is unbounded. Relative step for finite differences.
   real(wp), parameter :: least = 1.0e-9_wp, small = 1.0e-6_wp
-  !> How near a tangent is enough for a circle that lies this far inside.
+  !> Accuracy of the tangent that suffices for a circle that is inside by this share of the stresses.
   real(wp), parameter :: far = 1.0e-2_wp
   integer, parameter :: most_iterations = 100
-  !> Sets of planes of shear: one, two with the same s1, two with the same s3.
+  !> Sets of active planes: one, two with the same s1, two with the same s3.
   integer, parameter :: shear_sets(3) = [1, 3, 4]
 
-  !> Parameters; the dilatancy angle in degrees, the factor that divides the envelope.
+  !> Parameters of the model; the dilatancy angle in degrees; the factor that divides the envelope.
   type, extends(law_parameters_type) :: hoek_brown_parameters_type
     real(wp) :: young = 0.0_wp, poisson = 0.0_wp
     real(wp) :: intact = 0.0_wp, index = 0.0_wp, m_intact = 0.0_wp, disturbance = 0.0_wp, dilatancy_angle = 0.0_wp
@@ -49,11 +49,11 @@ module qsmpm_hoek_brown
     procedure :: lower
   end type hoek_brown_parameters_type
 
-  !> The model; no state variables.
+  !> The constitutive model; it has no state variables.
   type, extends(elastic_model_type) :: hoek_brown_type
     !> s_ci, m_b, s, a, T.
     real(wp) :: intact = 0.0_wp, m_b = 0.0_wp, s = 0.0_wp, a = 0.0_wp, tension = 0.0_wp
-    !> m of the dilatancy angle.
+    !> Flow ratio m of the dilatancy angle.
     real(wp) :: flow_ratio = 1.0_wp
     logical :: associated_flow = .false.
     type(strength_factor_type) :: by
@@ -61,14 +61,14 @@ module qsmpm_hoek_brown
     procedure :: update
   end type hoek_brown_type
 
-  !> A tangent: k, m and s_c, and how far below T the s1 of the circle is that it touches.
+  !> A tangent: k, m and s_c, and the distance T - s1 of the circle that it touches.
   type :: tangent_type
     real(wp) :: k, m, sc, distance
   end type tangent_type
 
 contains
 
-  !> The card.
+  !> Describes the keyword and the properties of the model.
   pure type(law_description_type) function describe(self) result(law)
     class(hoek_brown_parameters_type), intent(in) :: self
 
@@ -84,7 +84,7 @@ contains
     law%dilatancy_angle = self%dilatancy_angle
   end function describe
 
-  !> Its fields.
+  !> Visits the fields of the keyword.
   subroutine fields(self, visitor)
     class(hoek_brown_parameters_type), intent(inout) :: self
     class(field_visitor_type), intent(inout) :: visitor
@@ -102,7 +102,7 @@ contains
       required=.false.)
   end subroutine fields
 
-  !> The model.
+  !> Makes the model.
   subroutine make_model(self, model, error)
     class(hoek_brown_parameters_type), intent(in) :: self
     class(principal_model_type), allocatable, intent(out) :: model
@@ -128,11 +128,11 @@ contains
     allocate (model, source=made)
   end subroutine make_model
 
-  !> Lower the strength: the model divides its envelope.
+  !> Reduces the strength: the model divides its envelope by the factor.
   subroutine lower(self, by, error)
     class(hoek_brown_parameters_type), intent(inout) :: self
     type(strength_factor_type), intent(in) :: by
-    !> error_deck: a flow rule that changes the envelope.
+    !> error_deck: a flow rule that would change the envelope.
     type(error_type), allocatable, intent(out) :: error
 
     if (by%flow /= flow_material) then
@@ -143,13 +143,13 @@ contains
     self%by = strength_factor_type(self%by%factor*by%factor)
   end subroutine lower
 
-  !> Return mapping of the trial stress.
+  !> Returns the trial stress to the strength envelope.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(hoek_brown_type), intent(in) :: self
-    !> G; principal trial stresses (3); none of them, nor the cell's size.
+    !> G; principal trial stresses (3); no state variables; the cell size is not used.
     real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     real(wp), intent(in) :: cell_size
-    !> Whether the derivative is wanted.
+    !> Whether the derivative is required.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
     real(wp) :: w, largest, scale, r(3), touch_rate
@@ -172,12 +172,12 @@ contains
     result%derivative = result%derivative + spread(r, 2, 3)*spread(result%derivative(j, :), 1, 3)/(touch_rate - r(j))
   end subroutine update
 
-  !> Whether a circle lies outside of the tangent that touches the surface at its s1; that tangent.
+  !> Finds the tangent that touches the surface at the s1 of a circle, and whether the circle is outside of it.
   pure subroutine find_touching(self, largest, difference, scale, w, outside)
     class(hoek_brown_type), intent(in) :: self
-    !> s1 below T, s1 - s3, and the size of stresses.
+    !> s1 below T, s1 - s3, and the magnitude of the stresses.
     real(wp), intent(in) :: largest, difference, scale
-    !> T - t: a guess, then the answer, close to it where the circle is far inside.
+    !> T - t: initial guess on entry, solution on exit, approximate where the circle is far inside.
     real(wp), intent(inout) :: w
     logical, intent(out) :: outside
     type(tangent_type) :: tangent
@@ -189,18 +189,18 @@ contains
       tangent = tangent_at(self, w)
       excess = difference + (tangent%k - 1.0_wp)*largest - tangent%sc
       off = abs(tangent%distance/wanted - 1.0_wp)
-      ! A tangent beside the one that touches is as near as the square of the way.
+      ! The error of a tangent next to the touching one is of second order in the distance between them.
       if (off <= near .or. (off <= far .and. excess < -far*scale)) exit
       w = w*wanted/tangent%distance
     end do
     outside = excess > round_off*scale
   end subroutine find_touching
 
-  !> Return to the tangent that touches where the stress ends: s1 = T - distance(w), by Newton's method in log(w).
+  !> Returns to the tangent that touches at the final stress, s1 = T - distance(w), by Newton's method in log(w).
   pure subroutine return_to_tangent(self, trial, scale, w, result)
     class(hoek_brown_type), intent(in) :: self
     real(wp), intent(in) :: trial(3), scale
-    !> T - t: a guess, then the answer; 0 at the apex, where all stresses are T.
+    !> T - t: initial guess on entry, solution on exit; 0 at the apex, where all stresses are T.
     real(wp), intent(inout) :: w
     type(stress_update_type), intent(inout) :: result
     type(tangent_type) :: tangent
@@ -241,7 +241,7 @@ contains
     w = 0.0_wp
   end subroutine return_to_tangent
 
-  !> A place of Newton's method, or one within its bracket where it has left it.
+  !> The iterate of Newton's method, or a point of its bracket where the iterate is outside.
   pure real(wp) function next_place(newton, low, high)
     real(wp), intent(in) :: newton, low, high
 
@@ -251,9 +251,9 @@ contains
     if (newton >= high) next_place = sqrt(low)*sqrt(high)
   end function next_place
 
-  !> What another t makes of the stress, whose tangent has another ratio of flow m: with S the derivative of the return
-  !> and v the plastic strain along 1 (or 1 and 2) over m, r = -S D v m'; the tangent itself turns about the stress. So
-  !> d stress = S d trial + r dt with d s1 = touch_rate dt.
+  !> Computes the change of the stress with t, which changes the flow ratio m of the tangent: with S the derivative of
+  !> the return and v the plastic strain along 1 (or 1 and 2) over m, r = -S D v m'; the tangent rotates about the
+  !> stress. Thus d stress = S d trial + r dt with d s1 = touch_rate dt.
   pure subroutine turn_tangent(self, trial, w, result, r, touch_rate)
     class(hoek_brown_type), intent(in) :: self
     real(wp), intent(in) :: trial(3), w
@@ -271,8 +271,8 @@ contains
       matmul(result%derivative, self%trial_lame*sum(strain) + 2.0_wp*self%shear*strain)
   end subroutine turn_tangent
 
-  !> The tangent at s1 = T - w of the surface, divided by the factor: tan(phi) = (k - 1)/(2 k^1/2), c = s_c/(2 k^1/2),
-  !> and k^1/2 = tan(phi) + (1 + tan(phi)^2)^1/2 of the lower angle.
+  !> Tangent at s1 = T - w of the surface, divided by the factor: tan(phi) = (k - 1)/(2 k^1/2), c = s_c/(2 k^1/2),
+  !> and k^1/2 = tan(phi) + (1 + tan(phi)^2)^1/2 of the reduced angle.
   pure type(tangent_type) function tangent_at(self, w) result(tangent)
     class(hoek_brown_type), intent(in) :: self
     real(wp), intent(in) :: w

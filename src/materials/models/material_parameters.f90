@@ -1,12 +1,12 @@
-!> What the user says of a material, as plain data, and the check that it makes sense.
+!> Parameters of a material as plain data, and the check of their ranges.
 !>
-!> Linear isotropic elasticity with, on request, Mohr-Coulomb strength and a tension cut-off.
-!> Angles are in degrees, everything else in the deck's consistent units. The tables that the
-!> stress update works with are built from this in qsmpm_elastic_model, qsmpm_mohr_coulomb_model and
+!> The material has linear isotropic elasticity and, optionally, Mohr-Coulomb strength and a tension cut-off.
+!> Angles are in degrees, all other values in the deck's consistent units. The data of the stress
+!> update are computed from these parameters in qsmpm_elastic_model, qsmpm_mohr_coulomb_model and
 !> qsmpm_softening_model.
 !>
-!> What the user says of softening, as plain data, and the check that it makes sense: strength falls from that of
-!> *MOHR COULOMB to a residual one while the plastic shear strain grows.
+!> The parameters of softening, with their check, define how the strength decreases from that of *MOHR COULOMB to a
+!> residual strength with increasing plastic shear strain.
 module qsmpm_material_parameters
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
@@ -15,30 +15,30 @@ module qsmpm_material_parameters
 
   public :: material_parameters_type, check_parameters, softening_parameters_type, softening_error
 
-  !> How the strength falls; numbered as the deck's words.
+  !> Softening curves, numbered as the choices of the keyword.
   integer, parameter, public :: softening_linear = 1, softening_exponential = 2
-  !> How the width of a band of strain is brought in; numbered as the deck's words.
+  !> Regularisation of the width of shear bands, numbered as the choices of the keyword.
   integer, parameter, public :: regularise_none = 1, regularise_cell = 2, regularise_nonlocal = 3
 
   !> Softening of a material.
   type :: softening_parameters_type
-    !> Whether the strength falls at all.
+    !> Whether the strength softens.
     logical :: given = .false.
     !> One of softening_*.
     integer :: shape = softening_linear
     !> One of regularise_*.
     integer :: regularisation = regularise_cell
-    !> Residual cohesion, 0 up to the peak's.
+    !> Residual cohesion, from 0 to the peak value.
     real(wp) :: cohesion = 0.0_wp
-    !> Residual friction angle in degrees, 0 up to the peak's.
+    !> Residual friction angle in degrees, from 0 to the peak value.
     real(wp) :: friction_angle = 0.0_wp
-    !> Residual dilatancy angle in degrees, 0 up to the peak's and to the residual friction angle.
+    !> Residual dilatancy angle in degrees, from 0 to the peak value and to the residual friction angle.
     real(wp) :: dilatancy_angle = 0.0_wp
-    !> Plastic shear strain at which the residual strength is reached, of an exponential law 95 % of the way.
+    !> Plastic shear strain at which the residual strength is reached; for exponential softening 95 % of the reduction.
     real(wp) :: strain = 0.0_wp
-    !> Width of the band in which that strain was measured.
+    !> Width of the shear band in which that strain was measured.
     real(wp) :: length = 0.0_wp
-    !> Share m of the nonlocal strain in the one that softens; 1 - m, below zero, is that of the point's own.
+    !> Weight m of the nonlocal strain in the strain that softens; the local strain has the (negative) weight 1 - m.
     real(wp) :: over = 2.0_wp
   end type softening_parameters_type
 
@@ -48,23 +48,23 @@ module qsmpm_material_parameters
     real(wp) :: young = 0.0_wp
     !> Poisson's ratio, above -1 and below 0.5.
     real(wp) :: poisson = 0.0_wp
-    !> Whether the strength below bounds the stress.
+    !> Whether the stress is limited by the strength below.
     logical :: mohr_coulomb = .false.
     !> Cohesion, >= 0.
     real(wp) :: cohesion = 0.0_wp
-    !> Friction angle in degrees, 0 up to below 90; 0 is Tresca.
+    !> Friction angle in degrees, from 0 to less than 90; 0 is Tresca.
     real(wp) :: friction_angle = 0.0_wp
-    !> Dilatancy angle in degrees, 0 up to the friction angle.
+    !> Dilatancy angle in degrees, from 0 to the friction angle.
     real(wp) :: dilatancy_angle = 0.0_wp
-    !> Largest principal stress, >= 0; huge means no cut-off.
+    !> Largest admissible principal stress, >= 0; huge: no cut-off.
     real(wp) :: tensile_strength = huge(1.0_wp)
-    !> How the strength falls with the plastic shear strain, if it does.
+    !> Softening of the strength with the plastic shear strain.
     type(softening_parameters_type) :: softening
   end type material_parameters_type
 
 contains
 
-  !> Refuse parameters that describe no material.
+  !> Checks the elastic and strength parameters.
   pure subroutine check_parameters(parameters, error)
     type(material_parameters_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.
@@ -79,7 +79,7 @@ contains
     end if
   end subroutine check_parameters
 
-  !> Refuse strength parameters out of their range.
+  !> Checks that the strength parameters are in their ranges.
   pure subroutine check_strength(parameters, error)
     type(material_parameters_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.
@@ -102,17 +102,17 @@ contains
     end associate
   end subroutine check_strength
 
-  !> Fail where the parameters of softening are wrong.
+  !> Sets the error where the parameters of softening are wrong.
   pure subroutine check_softening(sentence, error)
-    !> What is wrong, empty for nothing.
+    !> Error message, empty for none.
     character(len=*), intent(in) :: sentence
-    !> Set when there is one.
+    !> Set when there is a message.
     type(error_type), allocatable, intent(inout) :: error
 
     if (len(sentence) > 0) call fail(error, error_deck, sentence)
   end subroutine check_softening
 
-  !> What is wrong with softening, '' for nothing.
+  !> Error message for the parameters of softening, '' for none.
   pure function softening_error(softening, cohesion, friction_angle, dilatancy_angle) result(sentence)
     type(softening_parameters_type), intent(in) :: softening
     !> Cohesion, friction angle and dilatancy angle at the peak; degrees.

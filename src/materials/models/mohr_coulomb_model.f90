@@ -1,5 +1,5 @@
 !> Linear elasticity bounded by perfect Mohr-Coulomb plasticity with tension cut-off, in principal values: the model
-!> around the return mapping of qsmpm_mohr_coulomb_return.
+!> that uses the return mapping of qsmpm_mohr_coulomb_return.
 module qsmpm_mohr_coulomb_model
   use qsmpm_kinds, only: wp
   use qsmpm_elastic_model, only: elastic_model_type, set_moduli
@@ -12,7 +12,7 @@ module qsmpm_mohr_coulomb_model
 
   public :: mohr_coulomb_model_type, set_mohr_coulomb
 
-  !> The model; no state variables.
+  !> The constitutive model; it has no state variables.
   type, extends(elastic_model_type) :: mohr_coulomb_model_type
     type(mohr_coulomb_type) :: strength
   contains
@@ -21,7 +21,7 @@ module qsmpm_mohr_coulomb_model
 
 contains
 
-  !> Moduli and strength of checked parameters.
+  !> Sets moduli and strength from checked parameters.
   pure subroutine set_mohr_coulomb(parameters, model)
     type(material_parameters_type), intent(in) :: parameters
     class(mohr_coulomb_model_type), intent(inout) :: model
@@ -32,14 +32,14 @@ contains
     call make_mohr_coulomb(parameters, model%trial_lame, model%trial_shear, model%strength)
   end subroutine set_mohr_coulomb
 
-  !> Return mapping of the trial stress.
+  !> Returns the trial stress to the strength.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(mohr_coulomb_model_type), intent(in) :: self
-    !> G; principal trial stresses (3); none of them.
+    !> G; principal trial stresses (3); no state variables.
     real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     !> Size of the point's cell.
     real(wp), intent(in) :: cell_size
-    !> Whether the derivative is wanted; it comes from a table.
+    !> Whether the derivative is required; it is always set, from a table.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
 

@@ -1,16 +1,16 @@
 !> Return mapping of Mohr-Coulomb plasticity with tension cut-off in principal stresses.
 !>
-!> Tension positive. The strength is the six planes k s_i - s_j <= sc, i /= j, with
-!> k = (1 + sin phi)/(1 - sin phi) and sc = 2 c sqrt(k), and the three planes s_i <= T. A shear
-!> plane flows along m e_i - e_j, m = (1 + sin psi)/(1 - sin psi), a cut-off plane along its normal.
-!> For an ordered trial stress s1 >= s2 >= s3 only ten sets of active planes can hold the answer:
-!> two planes, four edges and four corners; the apex comes on top. The answer of a set is affine
-!> in the trial stress, so that `make_mohr_coulomb` works out all of them once and a return is
-!> a look along the table for the set with non-negative multipliers and an admissible stress.
+!> Tension positive. The strength is bounded by the six planes k s_i - s_j <= sc, i /= j, with
+!> k = (1 + sin phi)/(1 - sin phi) and sc = 2 c sqrt(k), and the three planes s_i <= T. The flow of a shear
+!> plane is along m e_i - e_j, m = (1 + sin psi)/(1 - sin psi), that of a cut-off plane along its normal.
+!> For an ordered trial stress s1 >= s2 >= s3 only ten sets of active planes can contain the solution:
+!> two planes, four edges and four corners; the apex is an additional case. The solution of a set is affine
+!> in the trial stress. `make_mohr_coulomb` therefore computes all of them once, and a return searches
+!> the table for the set with non-negative multipliers and an admissible stress.
 !>
-!> The apex of the cone at c cot phi is reached when no other set is admissible; so it is for
+!> The stress is returned to the apex of the cone at c cot phi when no other set is admissible, also for
 !> psi = 0, where the flow is isochoric and no flow rule leads there (the limit psi -> 0). Elastic
-!> moduli are constant. Strain, kinematics and tensors are left to the callers.
+!> moduli are constant. Strains, kinematics and tensors are left to the calling modules.
 module qsmpm_mohr_coulomb_return
   use qsmpm_kinds, only: wp, pi
   use qsmpm_material_parameters, only: material_parameters_type
@@ -23,27 +23,27 @@ module qsmpm_mohr_coulomb_return
 
   !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
   integer, parameter, public :: set_count = 10
-  !> Planes of each set, simple ones first; 0 fills up.
+  !> Planes of each set, single planes first; unused entries are 0.
   integer, parameter, public :: set_planes(3, set_count) = reshape( &
     [1, 0, 0, 4, 0, 0, 1, 2, 0, 1, 3, 0, 1, 4, 0, 4, 5, 0, 1, 3, 4, 1, 4, 5, 1, 2, 4, 4, 5, 6], [3, set_count])
 
-  !> Round-off allowed in the yield functions and multipliers, relative to the trial stress.
+  !> Round-off admitted in yield functions and multipliers, relative to the trial stress.
   real(wp), parameter, public :: round_off = 1.0e-12_wp
-  !> A set that misses by less than this is taken when none passes: the trial lies where two
-  !> regions meet and nu near 0.5 has amplified round-off.
+  !> A set whose violation is below this is accepted when none passes: the trial is where two
+  !> regions meet, and nu near 0.5 has amplified round-off.
   real(wp), parameter, public :: near_tolerance = 1.0e-9_wp
 
-  !> Answer of one set: stress = slope trial + shift, multipliers = weights trial + offsets.
+  !> Solution of one set: stress = slope trial + shift, multipliers = weights trial + offsets.
   type :: active_planes_type
     integer :: planes = 0
     real(wp) :: slope(3, 3) = 0.0_wp
     real(wp) :: shift(3) = 0.0_wp
-    !> Rows are planes; multiplied by 2 G, so that they are stresses.
+    !> Rows are planes; multiplied by 2 G, so that they have the unit of stress.
     real(wp) :: weights(3, 3) = 0.0_wp
     real(wp) :: offsets(3) = 0.0_wp
   end type active_planes_type
 
-  !> Strength parameters and the table of answers.
+  !> Strength parameters and the table of solutions.
   type :: mohr_coulomb_type
     !> Ratios k and m, uniaxial strength sc, cut-off T, apex c cot phi.
     real(wp) :: k = 1.0_wp
@@ -58,7 +58,7 @@ module qsmpm_mohr_coulomb_return
 
 contains
 
-  !> Strength and table of answers of checked parameters.
+  !> Computes strength and table of solutions from checked parameters.
   pure subroutine make_mohr_coulomb(parameters, lame, shear, model)
     type(material_parameters_type), intent(in) :: parameters
     !> Lame's first modulus; shear modulus.
@@ -74,7 +74,7 @@ contains
     end do
   end subroutine make_mohr_coulomb
 
-  !> Strength of checked parameters; the table stays as it is.
+  !> Sets the strength from checked parameters; the table is not changed.
   pure subroutine set_strength(parameters, model)
     type(material_parameters_type), intent(in) :: parameters
     !> Strength.
@@ -86,7 +86,7 @@ contains
     model%has_apex = parameters%friction_angle > 0.0_wp
     model%apex = huge(1.0_wp)
     if (model%has_apex) model%apex = parameters%cohesion/tan(parameters%friction_angle*pi/180.0_wp)
-    ! A cut-off beyond the apex cuts nothing off; one at the apex is the apex.
+    ! A cut-off beyond the apex has no effect; one at the apex is the apex.
     model%has_cut_off = parameters%tensile_strength < sqrt(huge(1.0_wp)) &
       .and. parameters%tensile_strength < model%apex*(1.0_wp - round_off)
     if (model%has_cut_off) model%has_apex = .false.
@@ -101,7 +101,7 @@ contains
     stress_ratio = (1.0_wp + sin(angle*pi/180.0_wp))/(1.0_wp - sin(angle*pi/180.0_wp))
   end function stress_ratio
 
-  !> Normal, flow direction and limit of a plane.
+  !> Returns normal, flow direction and limit of a plane.
   pure subroutine plane(model, number, normal, flow, limit)
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
@@ -126,8 +126,8 @@ contains
     end if
   end subroutine plane
 
-  !> Work out the answer of a set of planes: with normals N, flows M and limits c the multipliers
-  !> are (N^T D M)^-1 (N^T s - c) and the stress is s - D M times them.
+  !> Computes the solution of a set of planes: with normals N, flows M and limits c the multipliers
+  !> are (N^T D M)^-1 (N^T s - c), and the stress is s - D M times the multipliers.
   pure subroutine make_set(model, planes, lame, shear, set)
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
@@ -135,7 +135,7 @@ contains
     integer, intent(in) :: planes(3)
     !> Lame's first modulus; shear modulus.
     real(wp), intent(in) :: lame, shear
-    !> The answer.
+    !> The solution.
     type(active_planes_type), intent(out) :: set
     real(wp) :: normals(3, 3), corrector(3, 3), limits(3), flow(3), system(3, 3), solver(3, 3)
     integer :: i, n
@@ -155,7 +155,7 @@ contains
     set%weights(1:n, :) = matmul(solver(1:n, 1:n), transpose(normals(:, 1:n)))
     set%offsets(1:n) = -matmul(solver(1:n, 1:n), limits(1:n))
     if (n == 3) then
-      ! A corner: the stress is where the planes meet, whatever the trial.
+      ! At a corner the stress is the intersection of the planes for any trial.
       set%shift = matmul(transpose(inverse(normals, determinant(normals))), limits)
     else
       corrector = corrector/(2.0_wp*shear)
@@ -164,7 +164,7 @@ contains
     end if
   end subroutine make_set
 
-  !> How far a stress lies outside the strength (a stress; negative inside).
+  !> Violation of the strength by a stress (a stress; negative inside).
   pure real(wp) function excess(model, stress)
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
@@ -177,7 +177,7 @@ contains
     if (model%has_cut_off) excess = max(excess, largest - model%cut_off)
   end function excess
 
-  !> Size of the stresses, for round-off.
+  !> Magnitude of the stresses, for round-off.
   pure real(wp) function size_of(model, stress)
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
@@ -187,7 +187,7 @@ contains
     size_of = max(abs(stress(1)), abs(stress(2)), abs(stress(3))) + model%sc
   end function size_of
 
-  !> Whether a stress lies inside the strength or, but for round-off, on its surface.
+  !> Whether a stress is inside the strength or, within round-off, on its surface.
   pure logical function inside(model, stress)
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
@@ -197,7 +197,7 @@ contains
     inside = .not. excess(model, stress) > round_off*size_of(model, stress)
   end function inside
 
-  !> Return a trial stress that lies outside the strength.
+  !> Returns a trial stress that is outside the strength.
   pure subroutine return_outside(model, trial, stress, tangent)
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
@@ -231,13 +231,13 @@ contains
     if (values(order(1)) < values(order(2))) order(1:2) = order(2:1:-1)
   end function falling_order
 
-  !> Find the set of active planes of an ordered trial stress that lies outside.
+  !> Finds the set of active planes of an ordered trial stress that is outside the strength.
   pure subroutine find_set(model, trial, scale, stress, slope)
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
-    !> Principal trial stresses, falling (3).
+    !> Principal trial stresses in descending order (3).
     real(wp), intent(in) :: trial(3)
-    !> Size of the stresses, for round-off.
+    !> Magnitude of the stresses, for round-off.
     real(wp), intent(in) :: scale
     !> Principal stresses (3); d stress / d trial stress (3,3).
     real(wp), intent(out) :: stress(3), slope(3, 3)
@@ -263,17 +263,17 @@ contains
     end if
   end subroutine find_set
 
-  !> Stress of a set, and by how much it misses (inadmissible stress or negative multiplier).
+  !> Computes the stress of a set and its violation (inadmissible stress or negative multiplier).
   pure subroutine try_set(model, set, trial, stress, miss)
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
     !> Set of planes.
     type(active_planes_type), intent(in) :: set
-    !> Principal trial stresses, falling (3).
+    !> Principal trial stresses in descending order (3).
     real(wp), intent(in) :: trial(3)
     !> Stress of the set (3).
     real(wp), intent(out) :: stress(3)
-    !> Largest violation, as a stress; <= 0 for the right set.
+    !> Largest violation, as a stress; <= 0 for the correct set.
     real(wp), intent(out) :: miss
     integer :: i
 

@@ -1,12 +1,12 @@
-!> The NGI-ADP model (Grimstad, Andresen and Jostad 2012): undrained strength of clay that differs with the direction of
-!> shear, mobilised with the plastic strain; total stress, Hooke's elasticity G = ratio s_A.
+!> The NGI-ADP model (Grimstad, Andresen and Jostad 2012): undrained strength of clay that depends on the direction of
+!> shear and is mobilised with the plastic strain; total stress, Hooke's elasticity G = ratio s_A.
 !>
-!> The vertical of the soil is a direction in the state that turns with the material, as the step does
-!> (qsmpm_step_turn): in its axes the return is that of qsmpm_ngi_adp_return. State: that direction, the shear stress
-!> tau_0 at the start, s_A of the place at the start, and the plastic shear strain over that to failure. What differs
-!> from the paper: gamma_f is plastic strain, counted as a share of gamma_f step by step, so that nothing mobilised is
-!> lost where the direction changes; tau_0 is that of the initial stress unless it is given; flow is along S t.
-!> A factor of safety divides the strengths; G and gamma_f stay.
+!> The vertical of the soil is a direction in the state that rotates with the material, as the step does
+!> (qsmpm_step_turn); the return in its axes is that of qsmpm_ngi_adp_return. The state variables are that direction,
+!> the shear stress tau_0 at the start, s_A at the initial position, and the plastic shear strain relative to that at
+!> failure. Differences from the paper: gamma_f is plastic strain, accumulated as a share of gamma_f step by step, so
+!> that mobilisation is not lost where the direction changes; tau_0 follows from the initial stress unless it is given;
+!> the flow is along S t. A factor of safety divides the strengths; G and gamma_f are not changed.
 module qsmpm_ngi_adp
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
@@ -22,19 +22,19 @@ module qsmpm_ngi_adp
 
   public :: ngi_adp_parameters_type
 
-  !> State: places of tau_0, s_A and the share; tau_0 stays this far within the strengths.
+  !> Indices of tau_0, s_A and the share in the state; limit of tau_0 relative to the strengths.
   integer, parameter :: at_start = 4, at_strength = 5, at_share = 6
   real(wp), parameter :: within = 0.999_wp
 
-  !> Parameters; gamma as numbers, not per cent.
+  !> Parameters of the model; gamma as numbers, not per cent.
   type, extends(law_parameters_type) :: ngi_adp_parameters_type
     real(wp) :: stiffness = 0.0_wp, poisson = 0.0_wp
     real(wp) :: active = 0.0_wp, simple = 0.0_wp, passive = 0.0_wp
     real(wp) :: strain_active = 0.0_wp, strain_simple = 0.0_wp, strain_passive = 0.0_wp
     real(wp) :: gain = 0.0_wp, level = 0.0_wp
-    !> tau_0/s_A; huge: of the initial stress.
+    !> tau_0/s_A; huge: from the initial stress.
     real(wp) :: start = huge(1.0_wp)
-    !> Axis of the vertical.
+    !> Vertical axis.
     integer :: along = 2
     real(wp) :: factor = 1.0_wp
   contains
@@ -44,7 +44,7 @@ module qsmpm_ngi_adp
     procedure :: lower
   end type ngi_adp_parameters_type
 
-  !> The model.
+  !> The constitutive model.
   type, extends(soil_model_type) :: ngi_adp_type
     type(ngi_adp_parameters_type) :: soil
   contains
@@ -56,7 +56,7 @@ module qsmpm_ngi_adp
 
 contains
 
-  !> The card.
+  !> Describes the keyword and the properties of the model.
   pure type(law_description_type) function describe(self) result(law)
     class(ngi_adp_parameters_type), intent(in) :: self
 
@@ -73,7 +73,7 @@ contains
     law%vertical = self%along
   end function describe
 
-  !> Its fields.
+  !> Visits the fields of the keyword.
   subroutine fields(self, visitor)
     class(ngi_adp_parameters_type), intent(inout) :: self
     class(field_visitor_type), intent(inout) :: visitor
@@ -97,7 +97,7 @@ contains
       'stress when not given', '(-1, 1)', required=.false.)
   end subroutine fields
 
-  !> The model.
+  !> Makes the model.
   subroutine make_soil_model(self, model, error)
     class(ngi_adp_parameters_type), intent(in) :: self
     class(soil_model_type), allocatable, intent(out) :: model
@@ -118,17 +118,17 @@ contains
     allocate (model, source=made)
   end subroutine make_soil_model
 
-  !> Lower the strengths.
+  !> Reduces the strengths.
   subroutine lower(self, by, error)
     class(ngi_adp_parameters_type), intent(inout) :: self
     type(strength_factor_type), intent(in) :: by
-    !> Never set: without friction every flow rule is the same.
+    !> Never set: without friction all flow rules are equal.
     type(error_type), allocatable, intent(out) :: error
 
     self%factor = self%factor*by%factor
   end subroutine lower
 
-  !> What a point with a strength and a shear stress at the start has.
+  !> Strength data of a point with given active strength and initial shear stress.
   pure type(clay_strength_type) function clay_of(soil, strength, start) result(clay)
     type(ngi_adp_parameters_type), intent(in) :: soil
     real(wp), intent(in) :: strength, start
@@ -143,7 +143,7 @@ contains
     clay%strain_passive = soil%strain_passive
   end function clay_of
 
-  !> State at the level of the reference.
+  !> Initialises the state at the reference level.
   subroutine start(self, stress, state)
     class(ngi_adp_type), intent(in) :: self
     real(wp), intent(in) :: stress(6)
@@ -154,7 +154,7 @@ contains
     call self%start_at(stress, place, state)
   end subroutine start
 
-  !> State at a place: tau_0 of the stress is half of vertical less mean horizontal pressure.
+  !> Initialises the state at a position: tau_0 of the stress is half of vertical minus mean horizontal pressure.
   subroutine start_at(self, stress, place, state)
     class(ngi_adp_type), intent(in) :: self
     real(wp), intent(in) :: stress(6), place(3)
@@ -176,7 +176,7 @@ contains
     end associate
   end subroutine start_at
 
-  !> Axes of the soil as rows, the vertical the second.
+  !> Axes of the soil as rows; the second is the vertical.
   pure function local_axes(vertical) result(axes)
     real(wp), intent(in) :: vertical(3)
     real(wp) :: axes(3, 3), up(3), aside(3)
@@ -190,7 +190,7 @@ contains
     axes(3, :) = aside
   end function local_axes
 
-  !> Stresses of the axes of the soil in those of space (6,6).
+  !> Transformation of stresses from the axes of the soil to the global axes (6,6).
   pure function stress_map(axes) result(map)
     real(wp), intent(in) :: axes(3, 3)
     real(wp) :: map(6, 6)
@@ -201,7 +201,7 @@ contains
     end do
   end function stress_map
 
-  !> One step.
+  !> Updates stress, state and tangent by one step.
   subroutine update(self, increment, stress, state, response)
     class(ngi_adp_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
@@ -234,7 +234,7 @@ contains
     response%tangent = matmul(map, matmul(derivative, transpose(map)))
   end subroutine update
 
-  !> G of the place.
+  !> Shear modulus G of the point.
   pure real(wp) function shear_modulus(self, stress, state) result(shear)
     class(ngi_adp_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:)

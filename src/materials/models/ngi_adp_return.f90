@@ -2,13 +2,14 @@
 !> soil; tension positive.
 !>
 !> With the trial s_tr, S = 1 but c = (s_A + s_P)/(2 s_DSS) for the shear stresses 12 and 23, d = (2, -4, 2, 0, 0, 0)/3,
-!> the mobilised share k = 2 y/(1 + y^2) of the strength (1 from y = 1 on) and m = (1 - k) tau_0 + k (s_A - s_P)/2:
+!> the mobilised share k = 2 y/(1 + y^2) of the strength (1 for y >= 1) and m = (1 - k) tau_0 + k (s_A - s_P)/2:
 !>   t = S s - m d,   f = (H(w) J2(t))^1/2 - k (s_A + s_P)/2,   H = cos^2(arccos(1 - 2 a w)/6),  w = 27/4 J3^2/J2^3
-!> (Grimstad, Andresen and Jostad 2012). Flow is along S t, so that s = s_tr - u S t with u = G dlambda/J2^1/2, and
-!> t = (S s_tr - m d)/(1 + S^2 u). y^2 is the plastic shear strain (largest less smallest principal strain) over that
-!> to failure, step by step: y^2 = x + u (H J2)^1/2(S t)/(G gamma_f(t)); gamma_f is the radius of an ellipse through
-!> those of compression, direct simple shear and extension, at the angle of t. Unknowns are u and y alone: u of a y is
-!> found by Newton's method for 1/f, y between x^1/2 and 1 within a bracket, so that there always is an answer.
+!> (Grimstad, Andresen and Jostad 2012). The flow is along S t, so that s = s_tr - u S t with u = G dlambda/J2^1/2, and
+!> t = (S s_tr - m d)/(1 + S^2 u). y^2 is the plastic shear strain (largest minus smallest principal strain) divided by
+!> that at failure, accumulated by steps: y^2 = x + u (H J2)^1/2(S t)/(G gamma_f(t)). gamma_f is the radius of an
+!> ellipse through those of compression, direct simple shear and extension, at the angle of t. The unknowns are u and y:
+!> u of a given y is found by Newton's method for 1/f, y between x^1/2 and 1 within a bracket, so that a solution always
+!> exists.
 module qsmpm_ngi_adp_return
   use qsmpm_kinds, only: wp
   implicit none
@@ -16,24 +17,24 @@ module qsmpm_ngi_adp_return
 
   public :: clay_strength_type, return_clay, excess, share_of_strain
 
-  !> d stress / d trial of elasticity.
+  !> Elastic d stress / d trial: the unit matrix.
   real(wp), parameter, public :: identity_6(6, 6) = reshape([1.0_wp], [6, 6], pad=[spread(0.0_wp, 1, 6), 1.0_wp])
 
-  !> a, 1 for Tresca; what keeps the direction of a stress without vertical part; round-off.
+  !> a, 1 for Tresca; regularisation of the direction of a stress without vertical component; round-off.
   real(wp), parameter :: rounding = 0.999_wp, nearly_none = 1.0e-6_wp, round_off = 1.0e-12_wp
   integer, parameter :: most_steps = 100
-  !> Of products of symmetric tensors, and d.
+  !> Weights of products of symmetric tensors, and d.
   real(wp), parameter :: weight(6) = [1.0_wp, 1.0_wp, 1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp]
   real(wp), parameter :: vertical(6) = [2.0_wp, -4.0_wp, 2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]/3.0_wp
 
-  !> What a point has: strengths in compression, direct simple shear and extension, the shear stress at the start, G,
+  !> Data of a point: strengths in compression, direct simple shear and extension, shear stress at the start, G,
   !> plastic shear strains at failure.
   type :: clay_strength_type
     real(wp) :: active = 0.0_wp, simple = 0.0_wp, passive = 0.0_wp, start = 0.0_wp, shear = 0.0_wp
     real(wp) :: strain_active = 0.0_wp, strain_simple = 0.0_wp, strain_passive = 0.0_wp
   end type clay_strength_type
 
-  !> u and y, t, the two residuals, their derivatives by t, those of t, and of the residuals, by u and y.
+  !> u and y, t, the two residuals and their derivatives by t; the derivatives of t and of the residuals by u and y.
   type :: place_type
     real(wp) :: u = 0.0_wp, y = 0.0_wp, t(6) = 0.0_wp, scale(6) = 1.0_wp, residual(2) = 0.0_wp, by_t(6, 2) = 0.0_wp
     real(wp) :: t_by(6, 2) = 0.0_wp, jacobian(2, 2) = 0.0_wp, centre = 0.0_wp, centre_by_y = 0.0_wp, size = 0.0_wp
@@ -41,12 +42,12 @@ module qsmpm_ngi_adp_return
 
 contains
 
-  !> Return a trial stress.
+  !> Returns a trial stress to the yield surface.
   pure subroutine return_clay(clay, trial, start, stress, share, yields, derivative)
     type(clay_strength_type), intent(in) :: clay
-    !> Deviatoric trial stress 11, 22, 33, 12, 13, 23, and x of the start.
+    !> Deviatoric trial stress 11, 22, 33, 12, 13, 23, and x at the start.
     real(wp), intent(in) :: trial(6), start
-    !> Deviatoric stress and x of the end, whether it yields.
+    !> Deviatoric stress and x at the end, and whether the point yields.
     real(wp), intent(out) :: stress(6), share
     logical, intent(out) :: yields
     !> d stress / d trial (6,6).
@@ -64,7 +65,7 @@ contains
     call differentiate(at, derivative)
   end subroutine return_clay
 
-  !> f of a stress.
+  !> Yield function f of a stress.
   pure real(wp) function excess(clay, stress, share)
     type(clay_strength_type), intent(in) :: clay
     !> Deviatoric stress (6), and x.
@@ -75,7 +76,7 @@ contains
     excess = at%residual(1)
   end function excess
 
-  !> x of which the surface passes through a stress: 0 inside of all, 1 outside of all.
+  !> x for which the surface passes through a stress: 0 inside all surfaces, 1 outside all.
   pure real(wp) function share_of_strain(clay, stress) result(share)
     type(clay_strength_type), intent(in) :: clay
     real(wp), intent(in) :: stress(6)
@@ -94,7 +95,7 @@ contains
     share = high**2
   end function share_of_strain
 
-  !> The answer: at the full strength where that is reached, else within the bracket of y.
+  !> Finds the solution: at full strength where that is reached, otherwise within the bracket of y.
   pure subroutine find_place(clay, trial, start, at)
     type(clay_strength_type), intent(in) :: clay
     real(wp), intent(in) :: trial(6), start
@@ -132,7 +133,7 @@ contains
     end do
   end subroutine find_place
 
-  !> u of a y: f = 0, or 0 where the trial is inside.
+  !> Finds u of a given y from f = 0, or u = 0 where the trial is inside.
   pure subroutine find_multiplier(clay, trial, start, y, at)
     type(clay_strength_type), intent(in) :: clay
     real(wp), intent(in) :: trial(6), start, y
@@ -159,7 +160,7 @@ contains
     end do
   end subroutine find_multiplier
 
-  !> Residuals and derivatives at u and y.
+  !> Evaluates residuals and derivatives at u and y.
   pure subroutine evaluate(clay, trial, start, u, y, at)
     type(clay_strength_type), intent(in) :: clay
     real(wp), intent(in) :: trial(6), start, u, y
@@ -193,7 +194,7 @@ contains
     at%jacobian(2, 2) = at%jacobian(2, 2) + 2.0_wp*y
   end subroutine evaluate
 
-  !> (H J2)^1/2, nearly the largest shear stress, and its derivative.
+  !> Computes (H J2)^1/2, approximately the largest shear stress, and its derivative.
   pure subroutine shear_of(t, shear, by)
     real(wp), intent(in) :: t(6)
     real(wp), intent(out) :: shear, by(6)
@@ -217,8 +218,8 @@ contains
     by = weight*((h - 3.0_wp*w*h_by_w)*t + 13.5_wp*h_by_w*j3/j2**2*square)/(2.0_wp*shear)
   end subroutine shear_of
 
-  !> gamma_f of a direction, and its derivative: r of the ellipse ((r cos - e)/a)^2 + (r sin/b)^2 = 1 through those of
-  !> compression, cos = 1, extension, cos = -1, and simple shear, cos = 0.
+  !> Computes gamma_f of a direction and its derivative: the radius r of the ellipse ((r cos - e)/a)^2 + (r sin/b)^2 = 1
+  !> through those of compression, cos = 1, extension, cos = -1, and simple shear, cos = 0.
   pure subroutine strain_to_failure(clay, t, strain, by)
     type(clay_strength_type), intent(in) :: clay
     real(wp), intent(in) :: t(6)
@@ -229,7 +230,7 @@ contains
     offset = 0.5_wp*(clay%strain_active - clay%strain_passive)
     three = 1.0_wp - (offset*along)**2
     across = three/clay%strain_simple**2
-    ! Of no stress at all its cube is a number, too.
+    ! The last term keeps length**3 above zero for zero stress.
     length = sqrt(t(2)**2 + t(4)**2 + t(6)**2 + nearly_none*0.5_wp*sum(weight*t**2) + sqrt(tiny(1.0_wp)))
     cosine = -t(2)/length
     cosine_by = t(2)/length**3*(0.5_wp*nearly_none*weight*t + [0.0_wp, t(2), 0.0_wp, t(4), 0.0_wp, t(6)])
@@ -240,7 +241,7 @@ contains
     by = cosine_by*(offset*along**2*strain - cosine*(along**2 - across)*strain**2)/(one*strain - two)
   end subroutine strain_to_failure
 
-  !> d stress / d trial of a place: u and y follow the trial so that the residuals stay nothing.
+  !> Computes d stress / d trial of a solution: u and y change with the trial such that the residuals remain zero.
   pure subroutine differentiate(at, derivative)
     type(place_type), intent(in) :: at
     real(wp), intent(out) :: derivative(6, 6)

@@ -1,12 +1,12 @@
-!> A model with linear elasticity and perfect strength whose strength differs from point to point.
+!> A model with linear elasticity and perfect strength whose strength varies from point to point.
 !>
-!> Return mappings of this kind are homogeneous: with all strengths f times those of the model inside, the stress of a
-!> trial t is f s(t/f) and its derivative that of s at t/f. f is the strength of the point over that of the model
-!> inside; where the stiffness of the point is e times the model's, stresses have been divided by e (qsmpm_profile_law)
-!> and f too. State variables: those of the model inside, strength and, where it varies, Young's modulus of the
-!> point, or the preconsolidation stress that its strength follows, all without any reduction: the share that counts
-!> is a parameter. Where the friction angle of the point is one too, the last, strength and return are made of all of
-!> them in place of f.
+!> Return mappings of this kind are homogeneous: with all strengths f times those of the inner model, the stress of a
+!> trial t is f s(t/f) and its derivative is that of s at t/f. f is the ratio of the strength of the point to that of
+!> the inner model. Where the stiffness of the point is e times that of the model, stresses have been divided by e
+!> (qsmpm_profile_law), and f is, too. The state variables are those of the inner model, the strength and, where it
+!> varies, Young's modulus of the point or the preconsolidation stress that its strength follows, all without
+!> reduction: the strength factor is a parameter. Where the friction angle of the point varies, it is the last state
+!> variable, and strength and return are computed from all of these instead of with f.
 module qsmpm_profile_model
   use qsmpm_kinds, only: wp
   use qsmpm_elastic_model, only: elastic_model_type
@@ -25,18 +25,18 @@ module qsmpm_profile_model
   !> Least f.
   real(wp), parameter :: least_ratio = 1.0e-9_wp
 
-  !> The model.
+  !> The constitutive model.
   type, extends(elastic_model_type) :: profile_model_type
     class(elastic_model_type), allocatable :: model
-    !> Strength of the model inside, and the share of a point's strength that counts.
+    !> Strength of the inner model, and the factor applied to the strength of a point.
     real(wp) :: strength = 1.0_wp, factor = 1.0_wp
-    !> Young's modulus of a point with the stiffness of the model inside.
+    !> Young's modulus of a point with the stiffness of the inner model.
     real(wp) :: reference = 1.0_wp
     logical :: varies_stiffness = .false.
-    !> Number of the state variable that is the strength; Young's modulus or the preconsolidation stress is the next.
+    !> Index of the state variable that is the strength; the next is Young's modulus or the preconsolidation stress.
     integer :: at = 1
-    !> Friction that varies: the largest angle, the dilatancy angle that is not above it, what lowers both, and
-    !> the other parameters of the strength.
+    !> Variable friction: the largest angle, the dilatancy angle (at most the friction angle), the reduction of both,
+    !> and the other parameters of the strength.
     logical :: varies_friction = .false.
     real(wp) :: steepest = 0.0_wp, dilatancy_angle = 0.0_wp
     type(strength_factor_type) :: lowered
@@ -50,10 +50,10 @@ module qsmpm_profile_model
 
 contains
 
-  !> Around a model of parameters; name of the strength in results.
+  !> Makes the model around an inner model; `name` is the name of the strength in results.
   subroutine set_profile_model(inside, parameters, profile, name, model)
     class(elastic_model_type), intent(in) :: inside
-    !> Those of the model inside.
+    !> Parameters of the inner model.
     type(material_parameters_type), intent(in) :: parameters
     type(strength_profile_type), intent(in) :: profile
     character(len=*), intent(in) :: name
@@ -61,7 +61,7 @@ contains
 
     allocate (model%model, source=inside)
     model%hookean = inside%hookean
-    ! A model that is asked about every point keeps the state variables.
+    ! A model that is evaluated at every point stores the state variables.
     model%elastic = .false.
     model%symmetric = inside%symmetric
     model%asks_cell_size = inside%asks_cell_size
@@ -70,7 +70,7 @@ contains
     model%young = inside%young
     model%shear = inside%shear
     if (allocated(inside%message)) model%message = inside%message
-    ! Without any cohesion f has no meaning, and is any number.
+    ! Without any cohesion f has no meaning; any number is valid.
     model%strength = merge(parameters%cohesion, 1.0_wp, parameters%cohesion > 0.0_wp)
     model%factor = profile%factor
     model%reference = profile%young
@@ -86,7 +86,7 @@ contains
     if (varies_friction(profile)) call set_friction(parameters, profile, model)
   end subroutine set_profile_model
 
-  !> Friction that varies.
+  !> Sets up a friction angle that varies.
   subroutine set_friction(parameters, profile, model)
     type(material_parameters_type), intent(in) :: parameters
     type(strength_profile_type), intent(in) :: profile
@@ -101,7 +101,7 @@ contains
     model%symmetric = model%lowered%flow /= flow_material .or. .not. model%dilatancy_angle < model%steepest
   end subroutine set_friction
 
-  !> Those of the model inside; a point's strength and stiffness depend on its place and are put by the law.
+  !> Initialises the state of the inner model; strength and stiffness depend on the position and are set by the law.
   pure subroutine initial_state(self, stress, state)
     class(profile_model_type), intent(in) :: self
     real(wp), intent(in) :: stress(3)
@@ -113,7 +113,7 @@ contains
     if (self%varies_friction) state(self%state_count) = self%steepest
   end subroutine initial_state
 
-  !> f s(t/f).
+  !> Computes f s(t/f).
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(profile_model_type), intent(in) :: self
     real(wp), intent(in) :: modulus, trial(3), state(self%state_count), cell_size
@@ -133,7 +133,7 @@ contains
     if (result%yields) result%stress = ratio*result%stress
   end subroutine update
 
-  !> Return to the strength of a cohesion and a friction angle.
+  !> Returns the trial stress to the strength of the point's cohesion and friction angle.
   pure subroutine return_to_own(self, trial, state, result)
     class(profile_model_type), intent(in) :: self
     real(wp), intent(in) :: trial(3), state(self%state_count)
@@ -155,7 +155,7 @@ contains
     call return_outside(strength, trial, result%stress, result%derivative)
   end subroutine return_to_own
 
-  !> Strength and stiffness are averaged as they are.
+  !> Transforms the state variables for averaging; strength and stiffness are averaged unchanged.
   pure subroutine state_to_field(self, state)
     class(profile_model_type), intent(in) :: self
     real(wp), intent(inout) :: state(:)
@@ -163,7 +163,7 @@ contains
     call self%model%state_to_field(state(:self%at - 1))
   end subroutine state_to_field
 
-  !> A fit does not end below nothing.
+  !> Transforms averaged values back and limits them to their ranges.
   pure subroutine field_to_state(self, state)
     class(profile_model_type), intent(in) :: self
     real(wp), intent(inout) :: state(:)

@@ -1,15 +1,15 @@
-!> A model in principal values whose elastic shear modulus is larger at small strain (Benz 2007, HSsmall): with G_ur the
-!> modulus of the model at the stress of the start and g the shear strain since the last reversal,
+!> A model in principal values whose elastic shear modulus is larger at small strain (Benz 2007, HSsmall). With G_ur the
+!> modulus of the model at the stress at the start and g the shear strain since the last reversal,
 !>
-!>   G = G_0/(1 + 0.385 g/g_07) of the secant, G_0/(1 + 0.385 g/g_07)^2 of the tangent, not below G_ur.
+!>   secant G = G_0/(1 + 0.385 g/g_07),  tangent G = G_0/(1 + 0.385 g/g_07)^2, not below G_ur.
 !>
-!> The strain history H is a tensor that turns with the material; g = 3^1/2 |H e|/|e| along the deviatoric strain
-!> increment e. In the axes of e, H_ii of the other sign than e_ii is let go of (H + 1 := T (H + 1) T,
-!> T_ii = (1 + H_ii)^-1/2, Benz 2007). After a reversal the curve is that of Masing, 2 f(g/2) from there, until g/2 has
-!> reached the largest strain of before, and the first curve on from it (own rule, so that loops close and first
-!> loading goes on); where a step keeps a share of g it counts as a reversal by the rest of one.
-!> A step takes the secant of its strain, so that the stress of a path in one direction does not depend on the steps.
-!> Poisson's ratio stays. Its plastic strains are those of the model.
+!> The strain history H is a tensor that rotates with the material; g = 3^1/2 |H e|/|e| along the deviatoric strain
+!> increment e. In the axes of e, H_ii of opposite sign to e_ii is erased (H + 1 := T (H + 1) T, T_ii = (1 + H_ii)^-1/2,
+!> Benz 2007). After a reversal the curve is Masing's, 2 f(g/2) from there, until g/2 has reached the largest previous
+!> strain, and the first-loading curve from then on (a rule of this program: loops close and first loading continues);
+!> a step that retains a share of g counts as a reversal by the remaining share.
+!> A step uses the secant of its strain, so that the stress of a path in one direction does not depend on the steps.
+!> Poisson's ratio is constant. The plastic strains are those of the model.
 module qsmpm_small_strain_model
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: compose, isotropic_change, pair_quotients
@@ -23,14 +23,14 @@ module qsmpm_small_strain_model
 
   public :: make_small_strain_model
 
-  !> Of the curve.
+  !> Constant of the stiffness reduction curve.
   real(wp), parameter :: decay = 0.385_wp
-  !> State: the history, largest strain before the last reversal, g.
+  !> Indices in the state: the history, the largest strain before the last reversal, g; their number.
   integer, parameter :: at_largest = 7, at_strain = 8, own = 8
-  !> No increment; differences.
+  !> Increment regarded as zero; relative steps of finite differences.
   real(wp), parameter :: none = 1.0e-14_wp, small = 1.0e-4_wp, small_modulus = 1.0e-6_wp
 
-  !> The model.
+  !> The constitutive model.
   type, extends(soil_model_type) :: small_strain_model_type
     class(principal_model_type), allocatable :: soil
     !> G_0/G_ur and g_07.
@@ -43,7 +43,7 @@ module qsmpm_small_strain_model
 
 contains
 
-  !> Put small-strain stiffness around a model.
+  !> Adds small-strain stiffness to a model.
   subroutine make_small_strain_model(soil, ratio, threshold, model)
     class(principal_model_type), intent(in) :: soil
     real(wp), intent(in) :: ratio, threshold
@@ -67,7 +67,7 @@ contains
     call move_alloc(made, model)
   end subroutine make_small_strain_model
 
-  !> No history.
+  !> Initialises the state without strain history.
   subroutine start(self, stress, state)
     class(small_strain_model_type), intent(in) :: self
     real(wp), intent(in) :: stress(6)
@@ -79,7 +79,7 @@ contains
     call self%soil%initial_state(values, state(own + 1:))
   end subroutine start
 
-  !> Tangent modulus of the curve at the strain since the last reversal.
+  !> Tangent shear modulus of the curve at the strain since the last reversal.
   pure real(wp) function shear_modulus(self, stress, state) result(shear)
     class(small_strain_model_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:)
@@ -89,7 +89,7 @@ contains
     shear = tangent_at(self, state(at_strain), state(at_largest))*self%soil%shear_modulus(values)
   end function shear_modulus
 
-  !> Stress of first loading over G_ur.
+  !> Shear stress of first loading divided by G_ur.
   pure real(wp) function first_curve(self, strain) result(stress)
     class(small_strain_model_type), intent(in) :: self
     real(wp), intent(in) :: strain
@@ -99,7 +99,7 @@ contains
     stress = self%ratio*least/(1.0_wp + decay*least/self%threshold) + strain - least
   end function first_curve
 
-  !> Stress since the last reversal over G_ur.
+  !> Shear stress since the last reversal divided by G_ur.
   pure real(wp) function stress_since(self, strain, largest) result(stress)
     class(small_strain_model_type), intent(in) :: self
     real(wp), intent(in) :: strain, largest
@@ -111,14 +111,14 @@ contains
     end if
   end function stress_since
 
-  !> Strain of first loading with the same tangent.
+  !> Strain of first loading at which the tangent is the same.
   pure real(wp) function first_strain(strain, largest) result(first)
     real(wp), intent(in) :: strain, largest
 
     first = max(0.5_wp*strain, strain - largest)
   end function first_strain
 
-  !> Its slope.
+  !> Tangent modulus divided by G_ur.
   pure real(wp) function tangent_at(self, strain, largest) result(tangent)
     class(small_strain_model_type), intent(in) :: self
     real(wp), intent(in) :: strain, largest
@@ -126,10 +126,10 @@ contains
     tangent = max(1.0_wp, self%ratio/(1.0_wp + decay*first_strain(strain, largest)/self%threshold)**2)
   end function tangent_at
 
-  !> G of a step over G_ur, and the history at its end.
+  !> Computes G of a step divided by G_ur, and the history at its end.
   pure subroutine follow(self, increment, before, after, modulus)
     class(small_strain_model_type), intent(in) :: self
-    !> Strain increment, shear gamma (6), history at the start (own).
+    !> Strain increment with shear gamma (6), history at the start (own).
     real(wp), intent(in) :: increment(6), before(own)
     real(wp), intent(out) :: after(own), modulus
     real(wp) :: e(3, 3), history(3, 3), values(3), vectors(3, 3), scale(3), first, last, kept
@@ -163,15 +163,15 @@ contains
     after(at_strain) = last
   end subroutine follow
 
-  !> g of a history along a strain increment.
+  !> Shear strain g of a history along a strain increment.
   pure real(wp) function strain_along(history, e) result(strain)
     real(wp), intent(in) :: history(3, 3), e(3, 3)
 
-    ! norm2 takes most of its time to avoid an overflow that strains are far from.
+    ! norm2 would spend most of its time on avoiding an overflow that cannot occur with strains.
     strain = sqrt(3.0_wp*sum(matmul(history, e)**2)/sum(e**2))
   end function strain_along
 
-  !> One step.
+  !> Updates stress, state and tangent by one step.
   subroutine update(self, increment, stress, state, response)
     class(small_strain_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
@@ -201,7 +201,7 @@ contains
 
   contains
 
-    !> d stress / d (G/G_ur) by differences: the return is smooth in it.
+    !> d stress / d (G/G_ur) by finite differences: the return is smooth in it.
     function modulus_slope() result(by_modulus)
       real(wp) :: by_modulus(6), up(6), down(6), other(6, 6)
       type(stress_update_type) :: trial
@@ -216,7 +216,7 @@ contains
     end function modulus_slope
   end subroutine update
 
-  !> d (G/G_ur) / d strain by differences.
+  !> Computes d (G/G_ur) / d strain by finite differences.
   subroutine differentiate(self, increment, history, by)
     class(small_strain_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
@@ -238,15 +238,15 @@ contains
     end do
   end subroutine differentiate
 
-  !> What the model makes of a step of given G.
+  !> Updates the inner model for a given G.
   subroutine answer(self, increment, stress, state, shear, with_tangent, ends, result, slope)
     class(small_strain_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    !> Stress and the model's state at the start.
+    !> Stress and state of the inner model at the start.
     real(wp), intent(in) :: stress(6), state(:)
     real(wp), intent(in) :: shear
     logical, intent(in) :: with_tangent
-    !> Stress at the end, what the model says, d stress / d strain at that G.
+    !> Stress at the end, result of the inner model, d stress / d strain at that G.
     real(wp), intent(out) :: ends(6)
     type(stress_update_type), intent(out) :: result
     real(wp), intent(out) :: slope(6, 6)

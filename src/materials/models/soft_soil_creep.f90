@@ -1,16 +1,17 @@
 !> The soft soil creep model (Vermeer and Neher 1999; Stolle, Vermeer and Bonnier 1999) in principal values, compression
-!> positive: isotaches of an ellipse in p and q, and strength after Mohr and Coulomb.
+!> positive: elliptic isotaches in p and q, and Mohr-Coulomb strength.
 !>
-!>   elasticity  that of a swelling line of slope kappa* (qsmpm_swelling_model), G = 3 (1 - 2 nu)/(2 (1 + nu)) K(p)
+!>   elasticity  of a swelling line of slope kappa* (qsmpm_swelling_model), G = 3 (1 - 2 nu)/(2 (1 + nu)) K(p)
 !>   creep       dev/dt = mu*/tau (peq/pp)^((lambda* - kappa*)/mu*),  peq = p + q^2/(M^2 (p + a)),  a = c cot(phi)
 !>   hardening   pp = pp0 exp(ev/(lambda* - kappa*))
 !>   flow        de/dt = dev/dt (d peq/d sigma)/(d peq/d p)
-!> ev the creep volume strain. M is such that compression without lateral strain holds the ratio K0nc, with eta =
-!> 3 (1 - K0nc)/(1 + 2 K0nc) and dev/dt : dp/dt : deq/dt = lambda*/p : 1 : 2/3 lambda*/p:
+!> where ev is the creep volume strain. M is such that compression without lateral strain keeps the ratio K0nc, with
+!> eta = 3 (1 - K0nc)/(1 + 2 K0nc) and dev/dt : dp/dt : deq/dt = lambda*/p : 1 : 2/3 lambda*/p:
 !>   M^2 = eta^2 + 2 eta (lambda* - kappa*)/(2/3 lambda* - 2/9 eta kappa* (1 + nu)/(1 - 2 nu))
-!> (derived here; it is the formula that PLAXIS prints). A step goes elastically, back to Mohr-Coulomb, and then creeps
-!> (qsmpm_creep_return), which leads inwards as M is above that of friction: peq/pp is 1 where the soil creeps by mu*
-!> in the reference time tau. A lowered soil, in the search for a factor of safety, does not creep.
+!> (derived here; PLAXIS gives the same formula). A step is elastic, is returned to Mohr-Coulomb, and then creeps
+!> (qsmpm_creep_return), which moves the stress inside the strength as M is above that of friction. peq/pp is 1 where
+!> the soil creeps by mu* in the reference time tau. Soil of reduced strength (search for a factor of safety) does not
+!> creep.
 module qsmpm_soft_soil_creep
   use qsmpm_kinds, only: wp, pi
   use qsmpm_creep_return, only: creep_type, creep_step_type, return_creep, equivalent_pressure
@@ -30,14 +31,14 @@ module qsmpm_soft_soil_creep
 
   public :: soft_soil_creep_parameters_type
 
-  !> Parameters; angles in degrees.
+  !> Parameters of the model; angles in degrees.
   type, extends(law_parameters_type) :: soft_soil_creep_parameters_type
     real(wp) :: lambda = 0.0_wp, kappa = 0.0_wp, mu = 0.0_wp
     real(wp) :: cohesion = 0.0_wp, friction_angle = 0.0_wp, dilatancy_angle = 0.0_wp
     real(wp) :: poisson = 0.15_wp
-    !> Stress ratio of one-dimensional compression; negative: 1 - sin phi.
+    !> Stress ratio of one-dimensional compression; if negative, 1 - sin phi.
     real(wp) :: k0 = -1.0_wp
-    !> Largest vertical stress of the past: OCR times the initial one, plus POP.
+    !> Largest previous vertical stress: OCR times the initial stress, plus POP.
     real(wp) :: ocr = 1.0_wp, pop = 0.0_wp
     real(wp) :: reference_time = 1.0_wp, smallest_pressure = 1.0_wp
     logical :: lowered = .false.
@@ -48,7 +49,7 @@ module qsmpm_soft_soil_creep
     procedure :: lower
   end type soft_soil_creep_parameters_type
 
-  !> The model; state: pp and peq.
+  !> The constitutive model; its state variables are pp and peq.
   type, extends(swelling_model_type) :: soft_soil_creep_type
     type(creep_type) :: creep
     type(mohr_coulomb_type) :: strength
@@ -61,7 +62,7 @@ module qsmpm_soft_soil_creep
 
 contains
 
-  !> The card.
+  !> Describes the keyword and the properties of the model.
   pure type(law_description_type) function describe(self) result(law)
     class(soft_soil_creep_parameters_type), intent(in) :: self
 
@@ -80,7 +81,7 @@ contains
     law%poisson = self%poisson
   end function describe
 
-  !> Its fields.
+  !> Visits the fields of the keyword.
   subroutine fields(self, visitor)
     class(soft_soil_creep_parameters_type), intent(inout) :: self
     class(field_visitor_type), intent(inout) :: visitor
@@ -103,7 +104,7 @@ contains
       required=.false.)
   end subroutine fields
 
-  !> Lower the strength, and let nothing creep.
+  !> Reduces the strength and suppresses creep.
   subroutine lower(self, by, error)
     class(soft_soil_creep_parameters_type), intent(inout) :: self
     type(strength_factor_type), intent(in) :: by
@@ -115,7 +116,7 @@ contains
     self%lowered = .true.
   end subroutine lower
 
-  !> K0nc.
+  !> Stress ratio K0nc.
   pure real(wp) function ratio_of(self) result(ratio)
     class(soft_soil_creep_parameters_type), intent(in) :: self
 
@@ -123,7 +124,7 @@ contains
     if (ratio < 0.0_wp) ratio = 1.0_wp - sin(self%friction_angle*pi/180.0_wp)
   end function ratio_of
 
-  !> Refuse parameters that do not go together; the range of each is that of its field.
+  !> Checks the combination of the parameters; the range of each is checked by its field.
   pure subroutine check(parameters, error)
     class(soft_soil_creep_parameters_type), intent(in) :: parameters
     type(error_type), allocatable, intent(out) :: error
@@ -137,11 +138,11 @@ contains
     end associate
   end subroutine check
 
-  !> The model.
+  !> Makes the model.
   subroutine make_model(self, model, error)
     class(soft_soil_creep_parameters_type), intent(in) :: self
     class(principal_model_type), allocatable, intent(out) :: model
-    !> Set when a parameter is out of its range, or K0nc gives no ellipse above the friction.
+    !> Set when a parameter is out of its range, or when K0nc gives no ellipse steeper than the friction.
     type(error_type), allocatable, intent(out) :: error
     type(soft_soil_creep_type) :: soil
     type(material_parameters_type) :: strength
@@ -168,11 +169,11 @@ contains
     strength%cohesion = self%cohesion
     strength%friction_angle = self%friction_angle
     strength%dilatancy_angle = self%dilatancy_angle
-    ! The table of a return depends on the ratio of the moduli alone.
+    ! The table of the return depends only on the ratio of the moduli.
     call make_mohr_coulomb(strength, 2.0_wp*self%poisson/(1.0_wp - 2.0_wp*self%poisson), 1.0_wp, soil%strength)
     pressure = 10.0_wp*max(self%smallest_pressure, self%pop)
     soil%shear = soil%shear_ratio*pressure/self%kappa
-    ! What carries load beyond the past stress is the compression line.
+    ! The stiffness beyond the preconsolidation stress is that of the compression line.
     soil%young = 3.0_wp*(1.0_wp - 2.0_wp*self%poisson)*pressure/self%lambda
     soil%state_count = 2
     soil%state_names = [string_type('preconsolidation_pressure'), string_type('equivalent_pressure')]
@@ -192,7 +193,7 @@ contains
     if (shear > 0.0_wp) slope2 = eta**2 + 2.0_wp*eta*(self%lambda - self%kappa)/shear
   end function squared_slope
 
-  !> p and q of principal stresses.
+  !> Computes p and q of principal stresses.
   pure subroutine invariants(stress, p, q)
     real(wp), intent(in) :: stress(3)
     real(wp), intent(out) :: p, q
@@ -201,7 +202,7 @@ contains
     q = sqrt(1.5_wp*sum((stress + p)**2))
   end subroutine invariants
 
-  !> pp of the largest vertical stress of the past, not below peq of the stress.
+  !> Initialises the state: pp of the largest previous vertical stress, not below peq of the stress.
   pure subroutine initial_state(self, stress, state)
     class(soft_soil_creep_type), intent(in) :: self
     real(wp), intent(in) :: stress(3)
@@ -216,7 +217,7 @@ contains
     call self%field_to_state(state)
   end subroutine initial_state
 
-  !> Pressures do not fall to nothing.
+  !> Limits the pressures to positive values.
   pure subroutine field_to_state(self, state)
     class(soft_soil_creep_type), intent(in) :: self
     real(wp), intent(inout) :: state(:)
@@ -224,7 +225,7 @@ contains
     state = max(state, [1.0_wp, 1.0e-3_wp]*self%creep%smallest)
   end subroutine field_to_state
 
-  !> Stress, state and derivative.
+  !> Updates stress, state variables and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(soft_soil_creep_type), intent(in) :: self
     !> G of the step; principal trial strains (3); pp and peq at the start (2).
@@ -260,10 +261,10 @@ contains
     if (with_derivative) result%derivative = matmul(creep_derivative(step, deviator), result%derivative)
   end subroutine update
 
-  !> d stress / d stress before the creep.
+  !> Derivative of the stress with respect to the stress before creep.
   pure function creep_derivative(step, deviator) result(map)
     type(creep_step_type), intent(in) :: step
-    !> Before the creep (3).
+    !> Deviatoric stress before creep (3).
     real(wp), intent(in) :: deviator(3)
     real(wp) :: map(3, 3), q_by(3), p_by(3), q_slope(3), ratio
     integer :: j

@@ -1,17 +1,17 @@
-!> Strength that falls with the plastic shear strain kappa.
+!> Strength that decreases with the plastic shear strain kappa.
 !>
-!> Cohesion, friction angle and dilatancy angle go in proportion from the peak to the residual value,
+!> Cohesion, friction angle and dilatancy angle decrease in proportion from the peak to the residual value,
 !>   c(kappa) = c_p + (c_r - c_p) d,   d = min(kappa/kappa_r, 1)   or   d = 1 - exp(-3 kappa/kappa_r),
-!> d the degree of softening. kappa is the strain of a band of the width L in which kappa_r was measured. Strain
-!> that localises does so in one row of cells: a plastic shear strain of a cell of size h counts h/L times, so that
-!> the work of a slip surface per area, L times the area under the curve of c over kappa, is the same for every h
+!> d the degree of softening. kappa is the strain of a shear band of the width L in which kappa_r was measured. Strain
+!> localises in one row of cells: a plastic shear strain in a cell of size h is therefore multiplied by h/L, so that
+!> the work of a slip surface per area, L times the area under the curve of c over kappa, is independent of h
 !> (crack band: Bazant and Oh 1983).
 !>
-!> A nonlocal law softens by khat = m kbar + (1 - m) kappa in place of kappa, kbar the field
+!> A nonlocal law softens with khat = m kbar + (1 - m) kappa instead of kappa, where kbar is the field
 !>   kbar - l^2 laplacian kbar = kappa
-!> on the grid (qsmpm_nonlocal_strain). Its bands have a width of their own, w = 2 l r (pi - atan(1/r)), r^2 = m - 1,
+!> on the grid (qsmpm_nonlocal_strain). Its bands have an intrinsic width, w = 2 l r (pi - atan(1/r)), r^2 = m - 1,
 !> and their slip is (w + 2 l) khat: with l = L/(w/l + 2) their work is that of L above. Where cells are too wide for
-!> the field strain counts by their size.
+!> the field, strain is scaled by the size of the cell.
 module qsmpm_softening
   use qsmpm_kinds, only: wp, pi
   use qsmpm_material_parameters, only: material_parameters_type, softening_exponential, regularise_none, &
@@ -23,20 +23,20 @@ module qsmpm_softening
   public :: softening_type, strength_change_type, make_softening, degree_of, strain_of_degree, band_ratio, &
     softened_strength, nonlocal_length
 
-  !> Names of kappa and of kbar in results.
+  !> Names of kappa and kbar in results.
   character(len=*), parameter, public :: softening_state = 'plastic_shear_strain', nonlocal_state = 'nonlocal_strain'
-  !> 3 in exp(-3 kappa/kappa_r): 95 % of the way at kappa_r.
+  !> 3 in exp(-3 kappa/kappa_r): 95 % of the reduction at kappa_r.
   real(wp), parameter :: decay = 3.0_wp
-  !> The corners of a nonlocal law are rounded over so many kappa_r on either side, where the residual state is reached
-  !> and below zero: there a spike of strain hardens up to this degree, which spreads it.
+  !> The corners of a nonlocal law, at the residual state and below zero, are rounded over this share of kappa_r on
+  !> either side: there a spike of strain hardens up to this degree, which spreads it.
   real(wp), parameter :: rounding = 0.1_wp
-  !> A degree nearer to 1 than this is residual; an exponential law never gets there.
+  !> A degree closer to 1 than this is residual; an exponential law never reaches 1.
   real(wp), parameter :: residual_gap = 1.0e-12_wp
 
-  !> Peak and residual strength and the way between.
+  !> Peak and residual strength and the curve between them.
   type :: softening_type
     logical :: active = .false.
-    !> Whether strain counts by the size of the cell, and whether the field takes its place where cells allow it.
+    !> Whether strain is scaled by the cell size, and whether the nonlocal field replaces this in small cells.
     logical :: by_cell = .false., nonlocal = .false.
     logical :: exponential = .false.
     !> kappa_r, and the width L.
@@ -44,13 +44,13 @@ module qsmpm_softening
     real(wp) :: length = 1.0_wp
     !> m.
     real(wp) :: over = 1.0_wp
-    !> Strength at the peak.
+    !> Peak strength.
     type(material_parameters_type) :: peak
-    !> Residual less peak values of c, phi, psi; angles in degrees.
+    !> Residual minus peak values of c, phi, psi; angles in degrees.
     real(wp) :: fall(3) = 0.0_wp
   end type softening_type
 
-  !> Derivatives by kappa of k, m, sc and of the apex of qsmpm_mohr_coulomb_return.
+  !> Derivatives of k, m, sc and of the apex of qsmpm_mohr_coulomb_return with respect to kappa.
   type :: strength_change_type
     real(wp) :: k = 0.0_wp
     real(wp) :: m = 0.0_wp
@@ -60,10 +60,10 @@ module qsmpm_softening
 
 contains
 
-  !> Softening of checked parameters.
+  !> Sets up the softening of checked parameters.
   pure subroutine make_softening(parameters, softening)
     type(material_parameters_type), intent(in) :: parameters
-    !> The way from peak to residual strength.
+    !> The curve from peak to residual strength.
     type(softening_type), intent(out) :: softening
 
     softening%active = parameters%mohr_coulomb .and. parameters%softening%given
@@ -81,7 +81,7 @@ contains
     end associate
   end subroutine make_softening
 
-  !> Degree of softening, 0 at the peak and 1 in the residual state; a little below 0 where a nonlocal strain is.
+  !> Degree of softening, 0 at the peak and 1 in the residual state; slightly below 0 for a negative nonlocal strain.
   pure real(wp) function degree_of(softening, kappa) result(degree)
     type(softening_type), intent(in) :: softening
     !> Plastic shear strain, or khat.
@@ -104,7 +104,7 @@ contains
     end if
   end function degree_of
 
-  !> Change of the degree with kappa.
+  !> Derivative of the degree with respect to kappa.
   pure real(wp) function degree_change(softening, kappa) result(change)
     type(softening_type), intent(in) :: softening
     !> Plastic shear strain, or khat.
@@ -126,7 +126,7 @@ contains
     end if
   end function degree_change
 
-  !> The least plastic shear strain of a degree; degrees beyond peak and residual state are taken for those.
+  !> Smallest plastic shear strain of a degree; degrees beyond peak and residual state are set to these.
   pure real(wp) function strain_of_degree(softening, degree)
     type(softening_type), intent(in) :: softening
     real(wp), intent(in) :: degree
@@ -138,7 +138,7 @@ contains
     end if
   end function strain_of_degree
 
-  !> How often the strain of a cell counts: h/L.
+  !> Factor h/L on the strain of a cell.
   pure real(wp) function band_ratio(softening, cell_size)
     type(softening_type), intent(in) :: softening
     real(wp), intent(in) :: cell_size
@@ -147,7 +147,7 @@ contains
     if (softening%by_cell) band_ratio = cell_size/softening%length
   end function band_ratio
 
-  !> l of a nonlocal law.
+  !> Internal length l of a nonlocal law.
   pure real(wp) function nonlocal_length(softening) result(length)
     type(softening_type), intent(in) :: softening
     real(wp) :: r
@@ -156,12 +156,12 @@ contains
     length = softening%length/(2.0_wp*r*(pi - atan(1.0_wp/r)) + 2.0_wp)
   end function nonlocal_length
 
-  !> Strength at a plastic shear strain, and its derivative.
+  !> Computes the strength at a plastic shear strain, and its derivative.
   pure subroutine softened_strength(softening, kappa, strength, change)
     type(softening_type), intent(in) :: softening
     !> Plastic shear strain.
     real(wp), intent(in) :: kappa
-    !> Strength; its table is not touched.
+    !> Strength; its table is not changed.
     type(mohr_coulomb_type), intent(inout) :: strength
     !> Its derivative.
     type(strength_change_type), intent(out) :: change

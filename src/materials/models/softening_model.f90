@@ -1,17 +1,17 @@
-!> Linear elasticity bounded by a softening Mohr-Coulomb strength, in principal values: the strength is that of the END
+!> Linear elasticity bounded by a softening Mohr-Coulomb strength, in principal values. The strength is that at the END
 !> of the step.
 !>
 !> With s(t, kappa) the return of the trial stress t to the strength of kappa, the plastic shear strain of the step
 !> is gamma = (2 e':e')^1/2, e' the deviator of D^-1 (t - s) = (t - s)'/2G, and kappa solves
-!>   kappa - kappa_0 - b gamma(t, kappa) = 0,   b how often strain counts (band_ratio),
-!> by Newton's method, kept in a bracket. With g = d gamma/d(t - s) and h = 1 + b g . ds/dkappa
+!>   kappa - kappa_0 - b gamma(t, kappa) = 0,   b the factor on the strain (band_ratio),
+!> by Newton's method within a bracket. With g = d gamma/d(t - s) and h = 1 + b g . ds/dkappa
 !>   ds/dt (total) = S + ds/dkappa (b g . (I - S))/h,   S = ds/dt at constant kappa.
-!> h is the slope of the equation: where it is not positive the strength falls faster than the elastic unloading
-!> follows (snap-back of the point) and no stress is near; a longer band in the law or a smaller cell has one.
+!> h is the slope of the equation. Where it is not positive the strength decreases faster than the stress can unload
+!> elastically (snap-back of the point) and there is no solution nearby; a longer band in the law or smaller cells help.
 !>
 !> The strength of a nonlocal law is that of khat = m kbar + (1 - m) kappa, kbar given with the state. With R = ds/dkhat
 !>   h = 1 + (1 - m) g . R > 1,   ds/dkbar = m R/h,   dkappa/dkbar = -m g . R/h,   dkappa/dt = g . (I - S)/h:
-!> the point alone hardens, and no point snaps back.
+!> a point at constant kbar hardens, and no point snaps back.
 module qsmpm_softening_model
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_failed
@@ -28,19 +28,19 @@ module qsmpm_softening_model
 
   public :: softening_model_type, set_softening, largest_band_ratio
 
-  !> Least slope h of the equation that is taken for a solvable one.
+  !> Smallest slope h for which the equation is regarded as solvable.
   real(wp), parameter :: least_slope = 1.0e-3_wp
-  !> Corrections of kappa, and the size of the last one relative to kappa.
+  !> Largest number of corrections of kappa, and tolerance of the residual relative to kappa.
   integer, parameter :: max_corrections = 100
   real(wp), parameter :: tolerance = 1.0e-14_wp
-  !> Largest cell that the field is solved on, over l.
+  !> Largest cell in which the field is used, relative to l.
   real(wp), parameter :: coarsest_cell = 0.75_wp
-  !> How far beyond the strength the trial stress of `largest_band_ratio` lies.
+  !> Excess of the trial stress of `largest_band_ratio` over the strength, relative to it.
   real(wp), parameter :: beyond = 1.0e-6_wp
   character(len=*), parameter :: snap_back = 'the strength falls faster than the stress can be unloaded '// &
     '(*SOFTENING: smaller cells or a larger plastic shear strain)'
 
-  !> The model; state variables kappa and, nonlocal, kbar.
+  !> The constitutive model; its state variables are kappa and, if nonlocal, kbar.
   type, extends(mohr_coulomb_model_type) :: softening_model_type
     type(softening_type) :: softening
   contains
@@ -50,14 +50,14 @@ module qsmpm_softening_model
     procedure :: respond
   end type softening_model_type
 
-  !> What a point makes of strain: b, and the strain that softens as offset + share kappa.
+  !> Weighting of the strain of a point: b, and the strain that softens as offset + share kappa.
   type :: counting_type
     real(wp) :: ratio = 1.0_wp
     real(wp) :: offset = 0.0_wp
     real(wp) :: share = 1.0_wp
   end type counting_type
 
-  !> Everything at a trial value of kappa.
+  !> Results at a trial value of kappa.
   type :: softening_state_type
     real(wp) :: stress(3) = 0.0_wp
     real(wp) :: by_trial(3, 3) = 0.0_wp
@@ -73,7 +73,7 @@ module qsmpm_softening_model
 
 contains
 
-  !> Moduli, strength and softening of checked parameters.
+  !> Sets moduli, strength and softening from checked parameters.
   subroutine set_softening(parameters, model)
     type(material_parameters_type), intent(in) :: parameters
     class(softening_model_type), intent(inout) :: model
@@ -92,8 +92,8 @@ contains
     model%coarsest_cell = coarsest_cell*model%field_length
   end subroutine set_softening
 
-  !> The degree of softening may be averaged: cohesion is linear to it, so that the mean of stresses on their strengths
-  !> lies on the mean strength. kappa of a nonlocal law is averaged itself: kbar is linear to it.
+  !> Converts kappa to the degree of softening, which may be averaged: cohesion is linear in it, so that the mean of
+  !> stresses on their strengths is on the mean strength. kappa itself is averaged if nonlocal: kbar is linear in it.
   pure subroutine state_to_field(self, state)
     class(softening_model_type), intent(in) :: self
     !> In: kappa. Out: degree (1).
@@ -103,7 +103,7 @@ contains
     state(1) = degree_of(self%softening, state(1))
   end subroutine state_to_field
 
-  !> kappa of an averaged degree.
+  !> Converts an averaged degree back to kappa.
   pure subroutine field_to_state(self, state)
     class(softening_model_type), intent(in) :: self
     !> In: degree. Out: kappa (1).
@@ -116,14 +116,14 @@ contains
     end if
   end subroutine field_to_state
 
-  !> Return mapping of the trial stress to the strength of the end of the step.
+  !> Returns the trial stress to the strength at the end of the step.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(softening_model_type), intent(in) :: self
     !> G; principal trial stresses (3); kappa at the start; kbar at the end.
     real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
-    !> Size of the point's cell; 0 where there is none, and strain counts once.
+    !> Size of the point's cell; 0 where there is no cell, and the strain is not scaled.
     real(wp), intent(in) :: cell_size
-    !> Whether the derivative is wanted.
+    !> Whether the derivative is required.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
     type(mohr_coulomb_type) :: strength
@@ -147,7 +147,7 @@ contains
     end if
   end subroutine update
 
-  !> How a point counts strain: by the field where its cell is small enough for it, else by the size of the cell.
+  !> Weighting of the strain: by the nonlocal field where the cell is small enough for it, otherwise by the cell size.
   pure type(counting_type) function counting_of(model, state, cell_size) result(counting)
     class(softening_model_type), intent(in) :: model
     !> kappa, kbar; 0 where there is no cell.
@@ -162,7 +162,7 @@ contains
     end if
   end function counting_of
 
-  !> The strain that softens.
+  !> Strain that determines the strength.
   pure real(wp) function softening_strain(counting, kappa) result(strain)
     type(counting_type), intent(in) :: counting
     real(wp), intent(in) :: kappa
@@ -170,19 +170,19 @@ contains
     strain = counting%offset + counting%share*kappa
   end function softening_strain
 
-  !> Solve for the plastic shear strain at the end of the step.
+  !> Solves for the plastic shear strain at the end of the step.
   pure subroutine find_kappa(model, counting, trial, kappa_start, strength, kappa, state, ok)
     class(softening_model_type), intent(in) :: model
     type(counting_type), intent(in) :: counting
     !> Principal trial stresses, outside the strength of the start (3); plastic shear strain at the start of the step.
     real(wp), intent(in) :: trial(3), kappa_start
-    !> Work space.
+    !> Workspace.
     type(mohr_coulomb_type), intent(inout) :: strength
     !> Plastic shear strain at the end.
     real(wp), intent(out) :: kappa
     !> Stress and derivatives there.
     type(softening_state_type), intent(out) :: state
-    !> False where there is none near.
+    !> False where there is no solution nearby.
     logical, intent(out) :: ok
     real(wp) :: low, high, next, miss, noise
     integer :: i
@@ -205,14 +205,14 @@ contains
         next = 0.5_wp*(low + high)
         if (high >= huge(1.0_wp)) next = 2.0_wp*kappa - kappa_start + state%strain
       end if
-      ! Neighbouring numbers: a kink between them.
+      ! Adjacent floating-point numbers: there is a kink between them.
       if (abs(next - kappa) <= epsilon(1.0_wp)*kappa) return
       kappa = next
     end do
     ok = .false.
   end subroutine find_kappa
 
-  !> Stress, strain and derivatives at a trial value of kappa.
+  !> Evaluates stress, strain and derivatives at a trial value of kappa.
   pure subroutine evaluate(model, counting, trial, kappa, strength, state)
     class(softening_model_type), intent(in) :: model
     type(counting_type), intent(in) :: counting
@@ -237,7 +237,7 @@ contains
     state%slope = 1.0_wp + dot_product(state%gradient, state%by_kappa)
   end subroutine evaluate
 
-  !> d stress / d trial stress with the change of kappa.
+  !> d stress / d trial stress including the change of kappa.
   pure function total_derivative(state) result(derivative)
     !> Stress and derivatives.
     type(softening_state_type), intent(in) :: state
@@ -250,7 +250,7 @@ contains
     end do
   end function total_derivative
 
-  !> What stress and kappa of a point that has been updated make of the nonlocal strain, and kappa of the trial.
+  !> Computes the derivatives of stress and kappa of an updated point by the nonlocal strain, and of kappa by the trial.
   pure subroutine respond(self, trial, state, cell_size, response)
     class(softening_model_type), intent(in) :: self
     !> Principal trial stresses (3); kappa and kbar at the end of the step.
@@ -267,7 +267,7 @@ contains
     response%strain_by_trial = (at%gradient - matmul(at%gradient, at%by_trial))/at%slope
   end subroutine respond
 
-  !> How often strain may count at most, h/L, before a point without confinement snaps back; huge where it does not.
+  !> Largest factor h/L on the strain before a point without confinement snaps back; huge where none does.
   pure real(wp) function largest_band_ratio(model)
     class(softening_model_type), intent(in) :: model
     type(mohr_coulomb_type) :: strength

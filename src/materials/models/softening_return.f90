@@ -1,6 +1,5 @@
-!> Return mapping of qsmpm_mohr_coulomb_return to a softening strength: without its table, which would change from
-!> point to
-!> point, and with the change of the stress with the strength.
+!> Return mapping of qsmpm_mohr_coulomb_return to a softening strength. It does not use the table, which would change
+!> from point to point, and it also computes the change of the stress with the strength.
 !>
 !> With the active planes N^T s = c and s = trial - D M l, a change of N, M and c changes the multipliers by
 !>   N^T D M dl = dN^T s - dc - N^T D dM l,   ds = -D M dl - D dM l.
@@ -17,11 +16,11 @@ module qsmpm_softening_return
 
 contains
 
-  !> Return a trial stress to a strength.
+  !> Returns a trial stress to a strength.
   pure subroutine return_softening(strength, change, lame, shear, trial, stress, slope, rate)
-    !> Strength; its table is not looked at.
+    !> Strength; its table is not used.
     type(mohr_coulomb_type), intent(in) :: strength
-    !> Its derivative by a parameter.
+    !> Its derivative with respect to a parameter.
     type(strength_change_type), intent(in) :: change
     !> Lame's first modulus; shear modulus; principal trial stresses, in any order (3).
     real(wp), intent(in) :: lame, shear, trial(3)
@@ -48,14 +47,14 @@ contains
     end do
   end subroutine return_softening
 
-  !> Find the set of active planes of an ordered trial stress that lies outside, working the sets out in turn.
+  !> Finds the set of active planes of an ordered trial stress that is outside, computing the sets one after another.
   pure subroutine find_set(strength, change, lame, shear, trial, stress, slope, rate)
     type(mohr_coulomb_type), intent(in) :: strength
     !> Its derivative.
     type(strength_change_type), intent(in) :: change
     !> Moduli.
     real(wp), intent(in) :: lame, shear
-    !> Principal trial stresses, falling (3).
+    !> Principal trial stresses in descending order (3).
     real(wp), intent(in) :: trial(3)
     !> Principal stresses (3); d stress / d trial stress (3,3); d stress / d parameter (3).
     real(wp), intent(out) :: stress(3), slope(3, 3), rate(3)
@@ -91,8 +90,8 @@ contains
     end if
   end subroutine find_set
 
-  !> How far a stress lies outside the strength: that of qsmpm_mohr_coulomb_return, which is kept to itself so that the
-  !> compiler opens it up where perfect plasticity spends its time.
+  !> Violation of the strength by a stress, as in qsmpm_mohr_coulomb_return; that function is private so that the
+  !> compiler can inline it where perfect plasticity spends most of its time.
   pure real(wp) function excess(strength, stress)
     type(mohr_coulomb_type), intent(in) :: strength
     !> Principal stresses in any order (3).
@@ -102,7 +101,7 @@ contains
     if (strength%has_cut_off) excess = max(excess, maxval(stress) - strength%cut_off)
   end function excess
 
-  !> Change of the answer of a set with the strength.
+  !> Change of the solution of a set with the strength.
   pure function set_rate(strength, change, lame, shear, planes, set, trial, stress) result(rate)
     type(mohr_coulomb_type), intent(in) :: strength
     !> Its derivative.
@@ -111,9 +110,9 @@ contains
     real(wp), intent(in) :: lame, shear
     !> Numbers of the active planes, 0 where there is none (3).
     integer, intent(in) :: planes(3)
-    !> Their answer.
+    !> Their solution.
     type(active_planes_type), intent(in) :: set
-    !> Principal trial stresses, falling, and stresses (3).
+    !> Principal trial stresses in descending order, and stresses (3).
     real(wp), intent(in) :: trial(3), stress(3)
     real(wp) :: rate(3)
     real(wp) :: normals(3, 3), corrector(3, 3), system(3, 3), rhs(3), flow(3), limit, drift(3), multiplier

@@ -1,12 +1,12 @@
-!> Strength, and stiffness where asked for, that differ from place to place: what the user says, as plain data, and its
-!> value at a place.
+!> Strength and, optionally, stiffness that vary with position: their parameters as plain data, and their values at a
+!> position.
 !>
 !>   linear   s = s_0 + k (level - Y)
 !>   table    linear between levels, constant beyond
-!>   shansep  s = S sigma_v (sigma_p/sigma_v)^m, of the vertical effective stress sigma_v that a point starts with or
-!>            has when a phase updates it, and the largest one so far sigma_p (Ladd and Foott 1974)
-!> Y is the coordinate along one axis of the place where a point is at its start. E = (E/s) s, or a column of its own.
-!> Cohesion, friction angle and Young's modulus may be fields of values in its place (qsmpm_value_field).
+!>   shansep  s = S sigma_v (sigma_p/sigma_v)^m, of the vertical effective stress sigma_v of a point at the start or
+!>            when a phase updates it, and the largest previous one sigma_p (Ladd and Foott 1974)
+!> Y is the coordinate of the initial position of a point along one axis. E = (E/s) s, or a separate column.
+!> Cohesion, friction angle and Young's modulus may instead be fields of values (qsmpm_value_field).
 module qsmpm_strength_profile
   use qsmpm_kinds, only: wp
   use qsmpm_strength_factor, only: strength_factor_type
@@ -18,34 +18,34 @@ module qsmpm_strength_profile
   public :: strength_profile_type, is_by_place, strength_at, young_at, varies_strength, varies_friction, &
     varies_stiffness, reference_strength, follows_stress, shansep_strength
 
-  !> Kinds, numbered as the words of the deck.
+  !> Kinds of profile, numbered as the choices of the keyword.
   integer, parameter, public :: profile_linear = 1, profile_table = 2, profile_shansep = 3
 
-  !> A profile.
+  !> A strength profile.
   type :: strength_profile_type
     logical :: given = .false.
     integer :: kind = profile_linear
     !> Axis of Y.
     integer :: along = 2
-    !> Linear: level, strength there, gain of strength with depth.
+    !> Linear: level, strength at that level, increase of strength with depth.
     real(wp) :: level = 0.0_wp, strength = 0.0_wp, gain = 0.0_wp
-    !> SHANSEP: S and m; sigma_p of the start by overconsolidation ratio and pre-overburden pressure.
+    !> SHANSEP: S and m; overconsolidation ratio and pre-overburden pressure that define the initial sigma_p.
     real(wp) :: ratio = 0.0_wp, exponent = 0.8_wp, overconsolidation = 1.0_wp, pre_overburden = 0.0_wp
-    !> Table: levels, rising, strengths and, where the stiffness is a column, Young's moduli (rows).
+    !> Table: levels in ascending order, strengths and, where the stiffness is a column, Young's moduli (rows).
     real(wp), allocatable :: levels(:), strengths(:), moduli(:)
-    !> Parameters by samples; also those that are none of the law.
+    !> Parameters given by samples, including those that are not parameters of the law.
     type(value_field_type), allocatable :: fields(:)
-    !> E/s where positive.
+    !> E/s if positive.
     real(wp) :: stiffness_ratio = -1.0_wp
-    !> Young's modulus of the law that the profile varies, in the measure of its own.
+    !> Young's modulus of the law that the profile varies, by which the stiffness of a point is normalised.
     real(wp) :: young = 1.0_wp
-    !> Mean of Young's modulus over the body, which scales stabilisation; not positive: that of *ELASTIC does.
+    !> Mean of Young's modulus over the body, which scales the stabilisation; if not positive, that of *ELASTIC is used.
     real(wp) :: mean_young = 0.0_wp
     !> Least strength.
     real(wp) :: least = 0.0_wp
-    !> The law takes this share of the strength: strength reduction changes it and nothing else here.
+    !> Factor that the law applies to the strength; strength reduction changes nothing else here.
     real(wp) :: factor = 1.0_wp
-    !> What lowers a strength whose friction differs from place to place, and its dilatancy angle before, at most the
+    !> Reduction of a strength with variable friction, and its dilatancy angle before reduction, at most the
     !> friction angle; negative: that of the material.
     type(strength_factor_type) :: lowered
     real(wp) :: dilatancy_angle = -1.0_wp
@@ -53,7 +53,7 @@ module qsmpm_strength_profile
 
 contains
 
-  !> Whether a parameter of the law differs from place to place.
+  !> Whether a parameter of the law varies with position.
   pure logical function is_by_place(profile)
     type(strength_profile_type), intent(in) :: profile
     integer :: i
@@ -61,7 +61,7 @@ contains
     is_by_place = profile%given .or. any([(has_values(profile%fields, law_fields(i)), i=1, size(law_fields))])
   end function is_by_place
 
-  !> Strength at a place, all of it; the least one where it is the same everywhere.
+  !> Strength at a position without reduction; the least strength where it is constant.
   pure real(wp) function strength_at(profile, place) result(strength)
     type(strength_profile_type), intent(in) :: profile
     !> Position (3).
@@ -76,7 +76,7 @@ contains
     end if
   end function strength_at
 
-  !> Young's modulus at a place of a profile that varies it.
+  !> Young's modulus at a position of a profile that varies it.
   pure real(wp) function young_at(profile, place) result(young)
     type(strength_profile_type), intent(in) :: profile
     !> Position (3).
@@ -91,21 +91,21 @@ contains
     end if
   end function young_at
 
-  !> Whether the cohesion differs from place to place.
+  !> Whether the cohesion varies with position.
   pure logical function varies_strength(profile) result(varies)
     type(strength_profile_type), intent(in) :: profile
 
     varies = profile%given .or. has_values(profile%fields, field_cohesion)
   end function varies_strength
 
-  !> Whether the friction angle does.
+  !> Whether the friction angle varies with position.
   pure logical function varies_friction(profile) result(varies)
     type(strength_profile_type), intent(in) :: profile
 
     varies = has_values(profile%fields, field_friction)
   end function varies_friction
 
-  !> Whether the stiffness does.
+  !> Whether the stiffness varies with position.
   pure logical function varies_stiffness(profile) result(varies)
     type(strength_profile_type), intent(in) :: profile
 
@@ -113,7 +113,7 @@ contains
       profile%given .and. (allocated(profile%moduli) .or. profile%stiffness_ratio > 0.0_wp)
   end function varies_stiffness
 
-  !> Whether the strength follows the stress of a point in place of its place.
+  !> Whether the strength depends on the stress of a point instead of its position.
   pure logical function follows_stress(profile) result(follows)
     type(strength_profile_type), intent(in) :: profile
 
@@ -130,7 +130,7 @@ contains
     if (vertical > 0.0_wp) strength = profile%ratio*vertical*(preconsolidation/vertical)**profile%exponent
   end function shansep_strength
 
-  !> A positive strength of the size of the profile's, if there is one; S where that follows the stress.
+  !> A positive strength representative of the profile, if there is one; S where the strength follows the stress.
   pure real(wp) function reference_strength(profile) result(strength)
     type(strength_profile_type), intent(in) :: profile
 
@@ -140,7 +140,7 @@ contains
     if (.not. varies_strength(profile)) strength = profile%least
   end function reference_strength
 
-  !> Linear between levels, constant beyond.
+  !> Value interpolated linearly between levels, constant beyond.
   pure real(wp) function value_of_level(levels, values, y) result(value)
     real(wp), intent(in) :: levels(:), values(:), y
     real(wp) :: share

@@ -1,9 +1,9 @@
-!> Clay on its swelling line: elasticity whose bulk modulus grows with the pressure.
+!> Clay on its swelling line: elasticity with a bulk modulus that increases with the pressure.
 !>
-!>   p = pmin exp(e/k), e the elastic volume strain, compression positive; below pmin the straight line that goes on
-!>   there, p = pmin (1 + e/k), so that a point without stress has stiffness;   s = 2 G dev(strain)
-!> k the slope of the line in volume strain over ln p; G as given, or a ratio of K(p) with p at the start of the step.
-!> Yield and creep are left to the models that have such a line (qsmpm_cam_clay, qsmpm_soft_soil_creep).
+!>   p = pmin exp(e/k), e the elastic volume strain, compression positive; below pmin the tangent at that point,
+!>   p = pmin (1 + e/k), so that a point without stress has stiffness;   s = 2 G dev(strain)
+!> with k the slope of the line in volume strain over ln p. G is given, or is a ratio of K(p) with p at the start of the
+!> step. Yield and creep are left to the models that extend it (qsmpm_cam_clay, qsmpm_soft_soil_creep).
 module qsmpm_swelling_model
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut
@@ -13,19 +13,19 @@ module qsmpm_swelling_model
 
   public :: swelling_line_type, swelling_model_type, make_line, pressure_of, strain_of
 
-  !> Largest exponent of a trial pressure.
+  !> Largest exponent in the pressure of a trial strain.
   real(wp), parameter, public :: largest_exponent = 200.0_wp
 
-  !> The line.
+  !> A swelling line.
   type :: swelling_line_type
-    !> k, pmin, and 1/k for hot loops.
+    !> k, pmin, and 1/k.
     real(wp) :: swelling = 1.0_wp, smallest = 1.0_wp, by_swelling = 1.0_wp
   end type swelling_line_type
 
-  !> A model on it.
+  !> A model with this elasticity.
   type, extends(principal_model_type), abstract :: swelling_model_type
     type(swelling_line_type) :: line
-    !> G/K where positive, else G is constant.
+    !> G/K if positive, otherwise G is constant.
     real(wp) :: shear_ratio = 0.0_wp
   contains
     procedure :: shear_modulus
@@ -35,7 +35,7 @@ module qsmpm_swelling_model
 
 contains
 
-  !> Slope and smallest pressure of a line, both positive.
+  !> Sets slope and smallest pressure of a line, both positive.
   pure subroutine make_line(swelling, smallest, line)
     real(wp), intent(in) :: swelling, smallest
     class(swelling_line_type), intent(inout) :: line
@@ -45,7 +45,7 @@ contains
     line%by_swelling = 1.0_wp/swelling
   end subroutine make_line
 
-  !> p and dp/de of an elastic volume strain.
+  !> Computes p and dp/de of an elastic volume strain.
   pure subroutine pressure_of(line, e, p, bulk)
     class(swelling_line_type), intent(in) :: line
     !> Compression positive.
@@ -76,7 +76,7 @@ contains
     e = line%swelling*ratio
   end function strain_of
 
-  !> G of a step.
+  !> Shear modulus G of a step.
   pure real(wp) function shear_modulus(self, stress)
     class(swelling_model_type), intent(in) :: self
     !> Principal stresses (3).
@@ -98,7 +98,7 @@ contains
     strain = (stress - mean)/(2.0_wp*modulus) - strain_of(self%line, -mean)/3.0_wp
   end function elastic_strain
 
-  !> Stress and derivative without strength; cut where the trial pressure would be beyond all numbers.
+  !> Computes the elastic stress and its derivative; the step is cut where the trial pressure would overflow.
   pure subroutine elastic_update(self, modulus, trial, result)
     class(swelling_model_type), intent(in) :: self
     !> G of the step; principal elastic strains (3).

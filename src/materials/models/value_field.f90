@@ -1,10 +1,10 @@
-!> Parameters of a material that differ from place to place: samples, and the value at a place.
+!> Material parameters that vary with position: samples, and the value at a position.
 !>
-!>   linear   the plane (in space: linear function) nearest to the few samples around, weighted by the inverse square of
-!>            their distances, not beyond their values; linear fields exactly, samples as given
-!>   nearest  that of the nearest sample
-!> Samples are kept in rising order along the axis on which they reach farthest, so that those around a place are found
-!> from there outwards.
+!>   linear   plane (in 3D: linear function) fitted to the nearest samples, weighted by the inverse square of
+!>            their distances, limited to their values; reproduces linear fields and the samples exactly
+!>   nearest  value of the nearest sample
+!> Samples are sorted along the axis of their largest extent, so that the neighbours of a position are found by
+!> searching outwards from it.
 module qsmpm_value_field
   use qsmpm_kinds, only: wp
   use qsmpm_spatial_lists, only: order_rising
@@ -14,7 +14,7 @@ module qsmpm_value_field
   public :: value_field_type, set_samples, has_values, value_at, value_between, values_of, field_as, &
     distance_beyond, same_places
 
-  !> Parameters by their numbers, and their words on the cards of a material.
+  !> Numbers of the parameters, and their names on the keyword lines of a material.
   integer, parameter, public :: field_cohesion = 1, field_friction = 2, field_young = 3, field_weight = 4, &
     field_permeability = 5
   character(len=5), parameter, public :: field_words(5) = [character(len=5) :: 'c', 'phi', 'E', 'gamma', 'k']
@@ -22,28 +22,28 @@ module qsmpm_value_field
     '[0, inf)', '(0, inf)']
   character(len=12), parameter, public :: field_cards(5) = [character(len=12) :: 'MOHR COULOMB', 'MOHR COULOMB', &
     'ELASTIC', 'UNIT WEIGHT', 'PERMEABILITY']
-  !> Parameters of the law; the others are of any material.
+  !> Parameters of the law; the others apply to any material.
   integer, parameter, public :: law_fields(3) = [field_cohesion, field_friction, field_young]
-  !> Between samples.
+  !> Interpolation between samples.
   integer, parameter, public :: between_linear = 1, between_nearest = 2
-  !> Samples that a value is made of, and the share of their distance by which a fit is held to their mean.
+  !> Number of samples used for a value, and relative regularisation of the slopes of the fit.
   integer, parameter :: most_samples = 8
   real(wp), parameter :: ridge = 1.0e-10_wp
 
-  !> A parameter by place.
+  !> A parameter that varies with position.
   type :: value_field_type
     integer :: parameter = 0
     integer :: between = between_linear
     character(len=:), allocatable :: file
-    !> Axis along which the samples are in order.
+    !> Axis along which the samples are sorted.
     integer :: along = 1
-    !> (dimension, samples), (samples), and the box around the places (dimension, 2).
+    !> Positions (dimension, samples), values (samples), and the bounding box of the positions (dimension, 2).
     real(wp), allocatable :: places(:, :), values(:), box(:, :)
   end type value_field_type
 
 contains
 
-  !> Take samples, in order.
+  !> Stores samples, sorted.
   pure subroutine set_samples(field, places, values)
     type(value_field_type), intent(inout) :: field
     !> (dimension, samples), (samples), at least one.
@@ -58,7 +58,7 @@ contains
     field%values = values(order)
   end subroutine set_samples
 
-  !> Numbers of two samples at one place, zeros where there are none.
+  !> Numbers of two samples at the same position, zeros if there are none.
   pure function same_places(field) result(pair)
     type(value_field_type), intent(in) :: field
     integer :: pair(2), i, j
@@ -76,7 +76,7 @@ contains
     end associate
   end function same_places
 
-  !> Whether a parameter differs from place to place.
+  !> Whether a parameter varies with position.
   pure logical function has_values(fields, parameter)
     !> Unallocated for none.
     type(value_field_type), intent(in), allocatable :: fields(:)
@@ -86,7 +86,7 @@ contains
     if (allocated(fields)) has_values = any(fields%parameter == parameter)
   end function has_values
 
-  !> Samples of a parameter, none where it is the same everywhere.
+  !> Sample values of a parameter, empty where it is constant.
   pure function values_of(fields, parameter) result(values)
     type(value_field_type), intent(in), allocatable :: fields(:)
     integer, intent(in) :: parameter
@@ -112,11 +112,11 @@ contains
     field%parameter = number
   end function field_as
 
-  !> A parameter at a place.
+  !> Value of a parameter at a position.
   pure real(wp) function value_at(fields, parameter, place, otherwise) result(value)
     type(value_field_type), intent(in), allocatable :: fields(:)
     integer, intent(in) :: parameter
-    !> Position (2 or 3), and the value where the parameter is the same everywhere.
+    !> Position (2 or 3), and the value where the parameter is constant.
     real(wp), intent(in) :: place(:), otherwise
     integer :: i
 
@@ -127,7 +127,7 @@ contains
     end do
   end function value_at
 
-  !> Value of a field at a place.
+  !> Value of a field at a position.
   pure real(wp) function value_between(field, place) result(value)
     type(value_field_type), intent(in) :: field
     !> (dimension)
@@ -143,7 +143,7 @@ contains
     end if
   end function value_between
 
-  !> Samples nearest to a place, and the squares of their distances, rising.
+  !> Finds the samples nearest to a position and the squares of their distances, in ascending order.
   pure subroutine find_nearest(field, place, nearest, distance)
     type(value_field_type), intent(in) :: field
     !> (dimension)
@@ -175,7 +175,7 @@ contains
     end do
   end subroutine find_nearest
 
-  !> The first sample not before a coordinate of the axis of order, one behind the last where there is none.
+  !> First sample not before a coordinate of the sorting axis; one past the last where there is none.
   pure integer function first_from(field, coordinate) result(low)
     type(value_field_type), intent(in) :: field
     real(wp), intent(in) :: coordinate
@@ -193,7 +193,7 @@ contains
     end do
   end function first_from
 
-  !> Weighted linear fit to samples, none of them at the place.
+  !> Weighted linear fit to samples, none of which is at the position.
   pure real(wp) function fitted_value(places, values, place) result(value)
     !> (dimension, samples), (samples), (dimension).
     real(wp), intent(in) :: places(:, :), values(:), place(:)
@@ -213,14 +213,14 @@ contains
       end do
     end do
     do i = 2, size(row)
-      ! Samples on one line leave the slope across it open.
+      ! For collinear samples the slope across their line is undetermined.
       matrix(i, i) = matrix(i, i) + ridge*size(values)
     end do
     value = mean + first_unknown(matrix, right)
     value = min(max(value, minval(values)), maxval(values))
   end function fitted_value
 
-  !> First unknown of a symmetric positive system, by elimination from the last one up.
+  !> First unknown of a symmetric positive definite system, by elimination starting from the last.
   pure real(wp) function first_unknown(matrix, right) result(unknown)
     real(wp), intent(in) :: matrix(:, :), right(:)
     real(wp) :: a(size(right), size(right)), b(size(right)), ratio
@@ -238,8 +238,8 @@ contains
     unknown = b(1)/a(1, 1)
   end function first_unknown
 
-  !> How far a place lies beyond the box around the samples, over their usual distance, as on a lattice that fills a box
-  !> of that diagonal; a single sample is a value everywhere.
+  !> Distance of a position from the bounding box of the samples, relative to their mean spacing, that of a lattice that
+  !> fills a box with that diagonal. A single sample applies everywhere.
   pure real(wp) function distance_beyond(field, place) result(distance)
     type(value_field_type), intent(in) :: field
     !> Position (3).

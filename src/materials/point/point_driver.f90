@@ -1,14 +1,14 @@
 !> One material point under mixed control: a laboratory test on a law.
 !>
-!> In each step the incremental deformation gradient f is sought for which every control has its
-!> value. Newton's method uses the law's consistent tangent; controls that are linear in f hold from the first full
-!> correction on. A law whose tangent is not the consistent one takes more corrections, and gets them.
+!> In each step the incremental deformation gradient f is computed for which every control has its
+!> value. Newton's method uses the law's consistent tangent; controls that are linear in f are satisfied from the first
+!> full correction on. A law without a consistent tangent requires more corrections; the limit allows for them.
 !>
-!> What leads one material point through a step: as many controls as the incremental deformation gradient f has packed
-!> components, each a wanted value of
+!> There are as many controls as the incremental deformation gradient f has packed
+!> components. Each prescribes the value of
 !>   a sum of components of the whole gradient F = f F0, the volume ratio det F, or a sum of components of the Cauchy
 !>   stress.
-!> Here are the misfit of a control and its derivative with respect to f, for which the law's tangent A = dQ/df gives
+!> The module computes the misfit of a control and its derivative with respect to f, with the law's tangent A = dQ/df:
 !>   d(sigma) = (A:df f^T + Q df^T)/det f - sigma tr(df f^-1).
 module qsmpm_point_driver
   use qsmpm_kinds, only: wp
@@ -22,21 +22,21 @@ module qsmpm_point_driver
   public :: point_type, start_point, prepare_point, control_point, control_type, control_value, control_misfit, &
     control_jacobian
 
-  !> Newton corrections and halvings of one.
+  !> Largest number of Newton corrections, and of halvings of a correction.
   integer, parameter :: max_iterations = 60, max_halvings = 12
-  !> Round-off in f, which counts with the stiffness.
+  !> Round-off in f, multiplied by the stiffness.
   real(wp), parameter :: round_off = 8.0_wp*epsilon(1.0_wp)
-  !> Error allowed in controls of the deformation.
+  !> Tolerance of controls of the deformation.
   real(wp), parameter :: deformation_error = 64.0_wp*epsilon(1.0_wp)
-  !> Share of E put on the Jacobian's diagonal: perfect plasticity at an edge leaves lateral strains
-  !> undetermined, and this picks those nearest the last ones. It slows Newton by 1e-8 a correction.
+  !> Share of E added to the Jacobian's diagonal: perfect plasticity at an edge leaves lateral strains
+  !> undetermined, and this selects those closest to the last ones. It slows Newton's method by 1e-8 a correction.
   real(wp), parameter :: ridge = 1.0e-8_wp
 
   !> State of the point.
   type :: point_type
     !> V/V0.
     real(wp) :: volume_ratio = 1.0_wp
-    !> Deformation gradient since the start (3,3).
+    !> Deformation gradient with respect to the start (3,3).
     real(wp) :: deformation(3, 3) = identity
     !> Cauchy stress (4 or 6).
     real(wp), allocatable :: stress(:)
@@ -46,7 +46,7 @@ module qsmpm_point_driver
     logical :: plastic = .false.
   end type point_type
 
-  !> What is controlled.
+  !> Controlled quantities.
   integer, parameter, public :: control_gradient = 1, control_volume = 2, control_stress = 3
 
   !> One control.
@@ -54,13 +54,13 @@ module qsmpm_point_driver
     integer :: kind = control_gradient
     !> Weights of the components in the order of packed gradients; a stress is that of the same row and column.
     real(wp) :: weight(9) = 0.0_wp
-    !> Wanted at the end of the step.
+    !> Value required at the end of the step.
     real(wp) :: value = 0.0_wp
   end type control_type
 
 contains
 
-  !> A point with a given stress.
+  !> Initialises a point with a given stress.
   subroutine start_point(law, stress, point)
     class(law_type), intent(in) :: law
     !> Cauchy stress (4 or 6).
@@ -72,7 +72,7 @@ contains
     call law%start(stress, point%state)
   end subroutine start_point
 
-  !> A batch for one point, or for several.
+  !> Prepares a batch for one point, or for several.
   subroutine prepare_point(law, batch, points)
     class(law_type), intent(in) :: law
     type(batch_type), intent(out) :: batch
@@ -94,19 +94,19 @@ contains
     end associate
   end subroutine prepare_point
 
-  !> One step by controls. When it fails the point stays as it was.
+  !> Solves one step under controls. If it fails, the point is unchanged.
   subroutine control_point(law, point, controls, tolerance, step_info, batch, iterations, error)
     class(law_type), intent(in) :: law
     type(point_type), intent(inout) :: point
     !> The controls (5 or 9).
     type(control_type), intent(in) :: controls(:)
-    !> Stress error allowed, relative to the largest stress.
+    !> Tolerance of stresses, relative to the largest stress.
     real(wp), intent(in) :: tolerance
-    !> When the step takes place.
+    !> Time of the step.
     type(step_info_type), intent(in) :: step_info
-    !> The point's batch; at the end start and end of the step, with the consistent tangent.
+    !> Batch of the point; on exit start and end of the step, with the consistent tangent.
     type(batch_type), intent(inout) :: batch
-    !> Corrections it took.
+    !> Number of corrections.
     integer, intent(out) :: iterations
     !> Set when no deformation gives the values, or the law has failed.
     type(error_type), allocatable, intent(out) :: error
@@ -129,17 +129,17 @@ contains
     point%volume_ratio = determinant(point%deformation)
   end subroutine control_point
 
-  !> Newton's method, each correction halved until the error falls.
+  !> Solves by Newton's method; each correction is halved until the error decreases.
   subroutine solve_step(law, batch, controls, start, tolerance, iterations, error)
     class(law_type), intent(in) :: law
     !> The point with f = I.
     type(batch_type), intent(inout) :: batch
     type(control_type), intent(in) :: controls(:)
-    !> Deformation gradient at the start (3,3); stress error allowed.
+    !> Deformation gradient at the start (3,3); tolerance of stresses.
     real(wp), intent(in) :: start(3, 3), tolerance
-    !> Corrections it took.
+    !> Number of corrections.
     integer, intent(out) :: iterations
-    !> Set when it does not arrive.
+    !> Set when it does not converge.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: misfit(size(controls)), jacobian(size(controls), size(controls)), before(size(controls)), &
       left(size(controls)), goal
@@ -170,7 +170,7 @@ contains
     call report_failure(batch, error)
   end subroutine solve_step
 
-  !> Why a step has no end.
+  !> Reports the reason for the failure of a step.
   pure subroutine report_failure(batch, error)
     !> The point.
     type(batch_type), intent(in) :: batch
@@ -199,7 +199,7 @@ contains
     real(wp), intent(in) :: misfit(:)
     !> The point, updated with its consistent tangent.
     type(batch_type), intent(in) :: batch
-    !> Stress error allowed.
+    !> Tolerance of stresses.
     real(wp), intent(in) :: tolerance
     real(wp) :: allowed
     integer :: i
@@ -213,7 +213,7 @@ contains
     end do
   end function has_arrived
 
-  !> Rows of stresses over the stiffness, and the ridge on them.
+  !> Divides the rows of stresses by the stiffness, and adds the ridge to them.
   pure subroutine scale_rows(law, controls, jacobian, misfit)
     class(law_type), intent(in) :: law
     type(control_type), intent(in) :: controls(:)
@@ -228,7 +228,7 @@ contains
     end do
   end subroutine scale_rows
 
-  !> Gauss elimination with row exchange; the right-hand side becomes the solution.
+  !> Solves by Gaussian elimination with row exchange; the right-hand side becomes the solution.
   pure subroutine solve_dense(a, b)
     !> Matrix (n,n), destroyed.
     real(wp), intent(inout) :: a(:, :)
@@ -256,7 +256,7 @@ contains
     end do
   end subroutine solve_dense
 
-  !> Present value of what is controlled.
+  !> Present value of the controlled quantity.
   pure real(wp) function control_value(control, whole, stress) result(value)
     type(control_type), intent(in) :: control
     !> Deformation gradient at the end (3,3); Cauchy stress at the end (4 or 6).
@@ -277,7 +277,7 @@ contains
     end do
   end function control_value
 
-  !> Values less those wanted.
+  !> Computes the differences of the values from those required.
   pure subroutine control_misfit(controls, batch, start, misfit)
     !> The controls (5 or 9).
     type(control_type), intent(in) :: controls(:)
@@ -296,7 +296,7 @@ contains
     end do
   end subroutine control_misfit
 
-  !> Derivatives of the values: (control, component of f).
+  !> Computes the derivatives of the values: (control, component of f).
   pure subroutine control_jacobian(controls, batch, start, jacobian)
     !> The controls (5 or 9).
     type(control_type), intent(in) :: controls(:)

@@ -1,15 +1,15 @@
-!> How far a law's consistent tangent A = dQ/dF is from the differences of its own Q: the test a new law must pass
-!> before Newton's method can be expected to converge with it.
+!> Error of a law's consistent tangent A = dQ/dF, compared with finite differences of its Q: the test that a new law
+!> must pass before Newton's method can be expected to converge with it.
 !>
 !> Each column is compared with the central difference and with the two one-sided ones, over a long and a short step,
-!> and the nearest counts: where the law turns from one face of its yield surface to another Q has a kink, only one
+!> and the closest counts: where the law changes from one face of its yield surface to another Q has a kink, only one
 !> side is the derivative, and a long step may reach past it. For the same reason a neighbour that yields where the
-!> point does not, or the other way round, is left out. The error of a column is its largest difference over the
+!> point does not, or vice versa, is disregarded. The error of a column is its largest difference divided by the
 !> largest entry of the tangent.
 !>
 !> At the tip of a cone (the apex, the isotropic stress of a soil whose shear surface starts there) Q has slopes along
-!> every direction that do not come from one A: the slope along a mixed direction is not the sum of those of its
-!> components. Such a point says nothing of the tangent and is left out.
+!> every direction that do not derive from one A: the slope along a mixed direction is not the sum of those of its
+!> components. Such a point does not test the tangent and is disregarded.
 module qsmpm_tangent_check
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none
@@ -20,29 +20,29 @@ module qsmpm_tangent_check
 
   public :: tangent_check_type, check_tangent
 
-  !> Long step of the differences over the size of the increment, its bounds, and the short step over the long one.
+  !> Ratio of the long step of the differences to the increment, its bounds, and ratio of the short to the long step.
   real(wp), parameter :: share = 1.0e-2_wp, smallest = 1.0e-8_wp, largest = 1.0e-5_wp, short = 1.0e-2_wp
-  !> Share of the error by which slopes may fail to add up before the point counts as the tip of a cone.
+  !> Share of the error up to which slopes may fail to add up before the point is regarded as the tip of a cone.
   real(wp), parameter :: tip = 0.02_wp
-  !> Differences cannot tell a smaller error of a tangent from their own.
+  !> Errors of a tangent below this cannot be distinguished from those of the differences.
   real(wp), parameter, public :: good_tangent = 1.0e-4_wp
 
-  !> The mixed direction, any that no symmetry of a stress has, and its longest component.
+  !> The mixed direction, chosen without the symmetry of any stress, and its longest component.
   real(wp), parameter :: mixture(9) = [0.31_wp, -0.17_wp, 0.23_wp, 0.41_wp, -0.47_wp, 0.11_wp, -0.29_wp, 0.37_wp, &
     0.19_wp]
   integer, parameter :: longest = 5
 
-  !> What was found in a step.
+  !> Result of the check of a step.
   type :: tangent_check_type
-    !> False when the law refused a point of the differences, or the point is the tip of a cone.
+    !> False when the law rejected a point of the differences, or the point is the tip of a cone.
     logical :: made = .false.
-    !> Difference over the largest entry.
+    !> Difference divided by the largest entry.
     real(wp) :: error = 0.0_wp
   end type tangent_check_type
 
 contains
 
-  !> Compare the tangent of a step.
+  !> Compares the tangent of a step with finite differences.
   subroutine check_tangent(law, batch, check)
     class(law_type), intent(in) :: law
     !> A point at the end of a step with its consistent tangent.
@@ -73,14 +73,14 @@ contains
     check%made = gap <= tip*check%error .or. check%error <= good_tangent
   end subroutine check_tangent
 
-  !> Points of the differences: first all steps forward, then all back, then the mixed direction.
+  !> Generates the points of the differences: all forward steps, all backward steps, then the mixed direction.
   subroutine spread_batch(law, batch, h, trial)
     class(law_type), intent(in) :: law
     !> The point.
     type(batch_type), intent(in) :: batch
     !> Step of the differences.
     real(wp), intent(in) :: h
-    !> Two points a component, and one.
+    !> Two points per component, and one.
     type(batch_type), intent(out) :: trial
     integer :: n, m, j
 
@@ -100,7 +100,7 @@ contains
     end do
   end subroutine spread_batch
 
-  !> Largest entry of a column's difference, by the nearest of three quotients.
+  !> Largest entry of a column's difference, for the closest of three quotients.
   pure real(wp) function column_error(batch, trial, j) result(error)
     !> The point with its tangent; points of the differences, updated.
     type(batch_type), intent(in) :: batch, trial
@@ -112,7 +112,7 @@ contains
 
     n = size(batch%gradient, 1)
     like = trial%plastic([j, n + j]) == batch%plastic(1)
-    ! The steps as they are after rounding.
+    ! The steps after rounding.
     ahead = trial%gradient(j, j) - batch%gradient(j, 1)
     behind = batch%gradient(j, 1) - trial%gradient(j, n + j)
     associate (column => batch%tangent(:, j, 1), middle => batch%piola(:, 1), front => trial%piola(:, j), &
@@ -125,8 +125,8 @@ contains
     end associate
   end function column_error
 
-  !> By how much the slope along the mixed direction differs from the sum of those along its components, all of them
-  !> to one side: a cone is even, so that central differences see nothing of it.
+  !> Difference of the slope along the mixed direction from the sum of those along its components, all of them
+  !> one-sided: a cone is even, so that central differences do not detect it.
   pure real(wp) function tip_gap(batch, trial) result(gap)
     !> The point with its tangent; points of the differences, updated.
     type(batch_type), intent(in) :: batch, trial
@@ -142,7 +142,7 @@ contains
       h = trial%gradient(j, k) - batch%gradient(j, 1)
       added = added + mixture(j)*(trial%piola(:, k) - batch%piola(:, 1))/h
     end do
-    ! The longest component says how long the mixed step is after rounding.
+    ! Length of the mixed step after rounding, by its longest component.
     h = (trial%gradient(longest, 2*n + 1) - batch%gradient(longest, 1))/mixture(longest)
     gap = maxval(abs((trial%piola(:, 2*n + 1) - batch%piola(:, 1))/h - added))
   end function tip_gap

@@ -1,8 +1,8 @@
 !> The tangent of a soil model by central differences of its stress.
 !>
-!> The change of the strain is a share of the increment. A model that integrates by substeps of controlled error answers
-!> small changes with jumps: where the second difference is no longer small beside the first one, the change is enlarged
-!> until it is, so that the jumps do not become a tangent.
+!> The strain is changed by a share of the increment. A model that integrates by substeps with error control responds to
+!> small changes with jumps: where the second difference is not small compared with the first one, the change is
+!> increased until it is, so that the jumps do not enter the tangent.
 module qsmpm_difference_tangent
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -13,22 +13,22 @@ module qsmpm_difference_tangent
 
   public :: difference_tangent
 
-  !> Change of a strain for differences: this share of the largest one, at the least of the smallest one; enlarged so
-  !> many times at most, which stays within the increment.
+  !> Change of a strain component: this share of the largest one, at least of the smallest value; the factor of its
+  !> increase and the largest number of increases, with which it remains within the increment.
   real(wp), parameter :: difference = 1.0e-4_wp, smallest = 1.0e-5_wp, growth = 30.0_wp
   integer, parameter :: most_growths = 2
-  !> Second difference over the first one that still is no noise.
+  !> Ratio of the second to the first difference up to which it is not regarded as noise.
   real(wp), parameter :: smooth = 0.1_wp
 
 contains
 
-  !> Tangent by central differences of the model's stress; the model is asked for stress only.
+  !> Computes the tangent by central differences of the model's stress; the model is called for the stress only.
   subroutine difference_tangent(model, increment, stress, state, response)
     class(soil_model_type), intent(in) :: model
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress at the start, turned (6), and state at the start.
+    !> Cauchy stress at the start, rotated (6), and state at the start.
     real(wp), intent(in) :: stress(6), state(:)
-    !> What the model says; its tangent is set.
+    !> Response of the model; its tangent is set.
     type(soil_response_type), intent(inout) :: response
     type(soil_response_type) :: said
     real(wp) :: middle(6), ahead(6), back(6), share
@@ -57,7 +57,7 @@ contains
     if (allocated(said%message)) response%message = said%message
   end subroutine difference_tangent
 
-  !> Whether differences of numbers show jumps.
+  !> Whether differences of finite numbers show jumps.
   pure logical function is_noise(ahead, middle, back)
     real(wp), intent(in) :: ahead(6), middle(6), back(6)
 
@@ -65,13 +65,13 @@ contains
     if (is_noise) is_noise = maxval(abs(ahead - 2.0_wp*middle + back)) > smooth*maxval(abs(ahead - back))
   end function is_noise
 
-  !> Stress at the end of a step of which a component of the strain is larger.
+  !> Stress at the end of a step in which a component of the strain is changed.
   function stress_there(model, increment, stress, state, component, change, said) result(there)
     class(soil_model_type), intent(in) :: model
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress at the start, turned (6), and state at the start.
+    !> Cauchy stress at the start, rotated (6), and state at the start.
     real(wp), intent(in) :: stress(6), state(:)
-    !> Component of the strain, and by how much.
+    !> Component of the strain, and its change.
     integer, intent(in) :: component
     real(wp), intent(in) :: change
     type(soil_response_type), intent(inout) :: said
@@ -88,7 +88,7 @@ contains
     call model%update(moved, there, own, said)
   end function stress_there
 
-  !> Change of a deformation gradient with a strain at its end.
+  !> Change of a deformation gradient due to a strain at its end.
   pure function strained(component, gradient) result(change)
     !> Component of the strain, shear gamma.
     integer, intent(in) :: component

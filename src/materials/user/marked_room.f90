@@ -1,5 +1,5 @@
-!> Room for the arrays that a model is handed, one behind the other with marks before and behind each: a model that
-!> writes beyond the end of one damages marks instead of the caller's memory, and is told of.
+!> Buffer for the arrays that are passed to a model, stored one after another with guard words before and after each. A
+!> model that writes beyond an array overwrites guard words instead of the caller's memory; this is reported.
 module qsmpm_marked_room
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_double, c_int64_t
@@ -10,21 +10,21 @@ module qsmpm_marked_room
 
   public :: room_size, first_places, put_marks, find_damage
 
-  !> Marks before each array, and behind the last one; too small for anything to be added without a trace.
+  !> Number of guard words before each array and after the last one; so small that adding any number changes them.
   integer, parameter :: between = 64, behind = 256
   real(wp), parameter :: mark = -7.70843e-301_wp
 
 contains
 
-  !> Numbers of the whole room.
+  !> Size of the buffer.
   pure integer function room_size(sizes)
-    !> Of the arrays.
+    !> Sizes of the arrays.
     integer, intent(in) :: sizes(:)
 
     room_size = size(sizes)*between + sum(sizes) + behind
   end function room_size
 
-  !> Where the arrays begin; one more for the end.
+  !> First index of each array, and one more for the end.
   pure function first_places(sizes) result(first)
     integer, intent(in) :: sizes(:)
     integer :: first(size(sizes) + 1), i
@@ -35,11 +35,11 @@ contains
     end do
   end function first_places
 
-  !> Mark what lies between the arrays. Behind the last one is what is not a number: it is that of the constants, and a
+  !> Sets the guard words. Those after the last array are NaN: it contains the constants, and a
   !> model that reads more of them than there are must not find zeros.
   pure subroutine put_marks(sizes, room)
     integer, intent(in) :: sizes(:)
-    !> room_size(sizes) numbers; the arrays in it stay.
+    !> room_size(sizes) numbers; the arrays in it are not changed.
     real(c_double), intent(inout) :: room(:)
     integer :: first(size(sizes) + 1), i
 
@@ -50,14 +50,14 @@ contains
     room(first(i) - between:) = ieee_value(1.0_wp, ieee_quiet_nan)
   end subroutine put_marks
 
-  !> Whether a mark is not what it was.
+  !> Whether a guard word has been changed.
   elemental logical function differs(found, expected)
     real(c_double), intent(in) :: found, expected
 
     differs = transfer(found, 0_c_int64_t) /= transfer(expected, 0_c_int64_t)
   end function differs
 
-  !> What a model has done to the marks: how many numbers behind or before which array; empty where they are whole.
+  !> Reports how many guard words a model has overwritten after or before which array; empty if none.
   pure subroutine find_damage(sizes, names, room, words)
     integer, intent(in) :: sizes(:)
     !> Names of the arrays.
@@ -85,9 +85,9 @@ contains
 
   contains
 
-    !> How far damage behind an array reaches that may go on behind the next ones.
+    !> Extent of the damage after an array, which may continue after the next ones.
     pure integer function furthest(array, last)
-      !> The array, and the last damaged mark behind it.
+      !> The array, and the last overwritten guard word after it.
       integer, intent(in) :: array, last
       integer :: j, start, end, next
 
@@ -103,7 +103,7 @@ contains
     end function furthest
   end subroutine find_damage
 
-  !> First and last mark that is not what it was, 0 for none.
+  !> Finds the first and the last overwritten guard word, 0 for none.
   pure subroutine damaged_part(marks, expected, from, to)
     real(c_double), intent(in) :: marks(:), expected
     integer, intent(out) :: from, to

@@ -1,20 +1,20 @@
-/* Soil models in shared libraries: how they are loaded, and a guard around each call of one.
+/* Soil models in shared libraries: loading, and a guard around each call.
  *
  * A model may leave a call in other ways than by returning: by a STOP, a run-time error of its compiler or a call
- * of exit, which all end in exit(3); by a fault, which is a signal; by abort. Each brings the caller back here
- * with a number that says what it was.
- *   - exit(3) runs the handlers of atexit(3), the last one registered first. Ours jumps back. It is registered
- *     when a library is loaded, again by qsmpm_guard_exit when the files of a run are open, so that their
- *     libraries have not been shut down yet, and again after each time it has been used up.
- *   - SIGFPE, SIGSEGV, SIGBUS, SIGILL and SIGABRT have a handler that jumps back while a model is being called and
- *     hands them to whoever had them before otherwise.
- *   - SIGINT and SIGTERM are left alone. Where the program asks for it (qsmpm_guard_watch) a thread looks whether calls
- *     return: a call that goes on for longer than patience after one of them is left, by a signal of its own.
- * A model computes without traps of floating-point exceptions, also in a host that has set some: it may divide zero by
- * zero on the way to a good answer, and what is not finite in its answer is seen afterwards.
- * Locks that the model held stay locked, memory that it damaged stays damaged; so it is not called again until it is
- * looked up anew, by another analysis, and a run ends after that. _exit(2) and quick_exit(3) are caught where the program
- * lends its own (src/process_exit.c), exec(3) is not.
+ * of exit, which all end in exit(3); by a fault, which is a signal; by abort. In each case control returns to the
+ * caller with a number that identifies the reason.
+ *   - exit(3) runs the handlers of atexit(3), the last one registered first. The handler of this file jumps back. It is
+ *     registered when a library is loaded, again by qsmpm_guard_exit when the files of a run are open, so that it runs
+ *     before their libraries are shut down, and again each time it has been used.
+ *   - SIGFPE, SIGSEGV, SIGBUS, SIGILL and SIGABRT have a handler that jumps back during the call of a model and
+ *     otherwise passes them to the previous handler.
+ *   - SIGINT and SIGTERM are not handled here. On request (qsmpm_guard_watch) a thread checks whether calls
+ *     return: a call that continues for longer than patience after one of them is abandoned by a separate signal.
+ * Traps of floating-point exceptions are disabled during a call, also if the host program has set some: a model may
+ * divide zero by zero on the way to a valid result, and results that are not finite are detected afterwards.
+ * Locks held by the model remain locked and damaged memory remains damaged. It is therefore not called again until it
+ * is looked up again, by another analysis, and the run ends. _exit(2) and quick_exit(3) are caught where the program
+ * provides replacements (src/process_exit.c), exec(3) is not.
  *
  * The variables of this file belong to the process, as exit and signals do. */
 #define _GNU_SOURCE
@@ -31,8 +31,8 @@
 #include <time.h>
 #include <unistd.h>
 
-/* The watch looks every tick [ms]; so many ticks are its patience with a call when the run is to stop, and so many until
- * it tells of a call, first. */
+/* Interval of the checks [ms]; number of intervals until a call is abandoned when the run is to stop, and until a call
+ * is first reported. */
 enum { left_by_exit = -1, left_by_stop = -2, signals = 5, most_abandoned = 64, most_threads = 256, tick = 250, patience = 4,
        long_call = 120 };
 
@@ -44,7 +44,7 @@ struct guard {
     volatile sig_atomic_t what;
 };
 
-/* What a thread is doing: odd while it is in a model. */
+/* Calls of a thread: the count is odd during the call of a model. */
 struct calls {
     atomic_uint count;
     _Atomic procedure model;
@@ -63,20 +63,20 @@ static _Thread_local struct calls *own_calls = NULL;
 
 int qsmpm_signal_received(void);
 
-/* Back to the caller of the model. */
+/* Jumps back to the caller of the model. */
 static void leave(int what)
 {
     active->what = what;
     siglongjmp(active->place, 1);
 }
 
-/* Somebody ends the process: back to the caller of the model, if one is being called. */
+/* Exit handler: jumps back to the caller of the model, if one is being called. */
 void qsmpm_guard_leave(void)
 {
     if (active != NULL) leave(left_by_exit);
 }
 
-/* A fault. */
+/* Handler of faults. */
 static void on_fault(int number)
 {
     int i;
@@ -87,7 +87,7 @@ static void on_fault(int number)
     raise(number);
 }
 
-/* The run is to stop and the model does not return. */
+/* Abandons a model that does not return when the run is to stop. */
 static void on_stop(int number)
 {
     (void)number;
@@ -96,7 +96,7 @@ static void on_stop(int number)
     leave(left_by_stop);
 }
 
-/* Say that a model has not returned for so many seconds. */
+/* Reports that a model has not returned for the given time. */
 static void tell_long_call(procedure model, unsigned seconds)
 {
     char text[1024];
@@ -112,7 +112,7 @@ static void tell_long_call(procedure model, unsigned seconds)
     if (write(STDERR_FILENO, text, (size_t)length) < 0) return;
 }
 
-/* Look at the calls for ever. */
+/* Checks the calls in an endless loop. */
 static void *watch(void *unused)
 {
     unsigned seen[most_threads] = {0}, ticks[most_threads] = {0}, next[most_threads] = {0};
@@ -140,7 +140,7 @@ static void *watch(void *unused)
     return unused;
 }
 
-/* Begin the watch, deaf to all signals. */
+/* Starts the thread that checks the calls, with all signals blocked. */
 static void begin_watch(void)
 {
     struct sigaction action;
@@ -158,19 +158,19 @@ static void begin_watch(void)
     pthread_sigmask(SIG_SETMASK, &had, NULL);
 }
 
-/* From now on the program wants calls of models to be watched. */
+/* Enables the check of the calls of models. */
 void qsmpm_guard_watch(void)
 {
     watches = 1;
 }
 
-/* Not 0 when a call has been left because the run was to stop. */
+/* Returns not 0 when a call has been abandoned because the run was to stop. */
 int qsmpm_guard_stopped(void)
 {
     return stopped;
 }
 
-/* The thread enters a model, or has left one. */
+/* Counts the start and the end of a call. */
 static void note_call(procedure model)
 {
     int mine;
@@ -185,7 +185,7 @@ static void note_call(procedure model)
     own_calls->count++;
 }
 
-/* Register the handlers. */
+/* Registers the handlers. */
 static void install(void)
 {
     struct sigaction action;
@@ -201,13 +201,14 @@ static void install(void)
     installed = 1;
 }
 
-/* Let the guard be the first of all handlers of exit again. */
+/* Registers the guard again, so that it is the first exit handler to run. */
 void qsmpm_guard_exit(void)
 {
     if (installed) atexit(qsmpm_guard_leave);
 }
 
-/* How a model has been abandoned before, 0 when it has not been. When there are too many, all count as such. */
+/* Returns the reason for which a model was abandoned before, 0 if it was not. If the list is full, all are
+ * regarded as abandoned. */
 static int was_abandoned(procedure model)
 {
     int i;
@@ -217,7 +218,7 @@ static int was_abandoned(procedure model)
     return 0;
 }
 
-/* Another analysis begins with a model: what has become of it in one before does not count. */
+/* Removes a model from the list of abandoned ones, for another analysis. */
 static void forget(procedure model)
 {
     int i;
@@ -226,7 +227,8 @@ static void forget(procedure model)
         if (abandoned_model[i] == model) abandoned_model[i] = NULL;
 }
 
-/* Call a model: 0 when it has returned, the number of a signal, or -1 when it has ended the process, now or before. */
+/* Calls a model. Returns 0 when it has returned, the number of a signal, -1 when it has ended the process, or -2 when
+ * it was abandoned on a stop, now or before. */
 int qsmpm_guarded(procedure model, void (*call)(void *), void *data)
 {
     struct guard here, *outer = active;
@@ -252,20 +254,20 @@ int qsmpm_guarded(procedure model, void (*call)(void *), void *data)
     return (int)here.what;
 }
 
-/* How many models have been left in the middle. */
+/* Returns the number of abandoned calls. */
 int qsmpm_guard_abandoned(void)
 {
     return (int)abandoned;
 }
 
-/* End the process without the handlers of exit, which may wait for a lock that an abandoned model holds. */
+/* Ends the process without the exit handlers, which may wait for a lock that an abandoned model holds. */
 void qsmpm_leave_process(int code)
 {
     fflush(NULL);
     _exit(code);
 }
 
-/* Load a library; NULL and what is wrong when it cannot be loaded. */
+/* Loads a library; NULL and a message if it cannot be loaded. */
 void *qsmpm_open_library(const char *path, char *message, int length)
 {
     void *library;
@@ -280,7 +282,7 @@ void *qsmpm_open_library(const char *path, char *message, int length)
     return library;
 }
 
-/* A procedure of a library, NULL when there is none of that name. */
+/* Returns a procedure of a library, NULL if there is none of that name. */
 void (*qsmpm_library_symbol(void *library, const char *name))(void)
 {
     void (*procedure)(void);
@@ -291,13 +293,13 @@ void (*qsmpm_library_symbol(void *library, const char *name))(void)
     return procedure;
 }
 
-/* Not 0 when files may be made in a directory. */
+/* Returns not 0 when files may be created in a directory. */
 int qsmpm_may_write(const char *path)
 {
     return access(path, W_OK | X_OK) == 0;
 }
 
-/* Send standard output to nowhere (saved < 0), or back to where it went; what to give to the second call. */
+/* Redirects standard output to /dev/null (saved < 0), or back; returns the argument of the second call. */
 int qsmpm_silence(int saved)
 {
     int nowhere;

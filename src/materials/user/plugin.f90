@@ -1,7 +1,7 @@
-!> Soil models in shared libraries: loading one, calling it under guard, and the words for what it did.
+!> Soil models in shared libraries: loading, calls under guard, and the messages for failed calls.
 !>
-!> A model that ends the process (STOP, exit, a run-time error) or raises a signal brings the caller back with a
-!> number other than 0 (plugin.c says how); the run is to end after that. Libraries stay loaded until the process ends.
+!> A model that ends the process (STOP, exit, a run-time error) or raises a signal returns control to the caller with a
+!> number other than 0 (see plugin.c); the run must then end. Libraries remain loaded until the process ends.
 module qsmpm_plugin
   use, intrinsic :: iso_c_binding, only: c_int, c_char, c_ptr, c_funptr, c_null_char, c_associated
   use qsmpm_error, only: error_type, fail, error_user_material
@@ -31,31 +31,31 @@ module qsmpm_plugin
       character(kind=c_char), intent(in) :: name(*)
     end function c_symbol
 
-    !> Call a procedure that calls a model, with its data: 0, the number of a signal, -1 when the model has ended the
-    !> process, or -2 when it has not returned and the run is to stop. A model that has not returned is not called again
-    !> until it is looked up anew (plugin.c).
+    !> Calls a procedure that calls a model, with its data. Returns 0, the number of a signal, -1 when the model has
+    !> ended the process, or -2 when it has not returned and the run is to stop. A model that has not returned is not
+    !> called again until it is looked up again (plugin.c).
     integer(c_int) function guarded_call(model, procedure, data) bind(c, name='qsmpm_guarded') result(what)
       import :: c_int, c_ptr, c_funptr
       type(c_funptr), value :: model, procedure
       type(c_ptr), value :: data
     end function guarded_call
 
-    !> To be called when the files of a run are open: a model that ends the process is caught before they are
-    !> closed behind the program's back (plugin.c).
+    !> Must be called when the files of a run are open: a model that ends the process is then caught before they are
+    !> closed by the exit handlers of their libraries (plugin.c).
     subroutine guard_exit() bind(c, name='qsmpm_guard_exit')
     end subroutine guard_exit
 
-    !> Let calls that do not return be told on the error output, and be left when a signal stops the run; to be called
-    !> before the first library is loaded (plugin.c).
+    !> Enables the reporting of calls that do not return on the error output, and their termination when a signal stops
+    !> the run; must be called before the first library is loaded (plugin.c).
     subroutine guard_watch() bind(c, name='qsmpm_guard_watch')
     end subroutine guard_watch
 
-    !> Not 0 when a model has been left because the run was to stop (plugin.c).
+    !> Not 0 when a model has been abandoned because the run was to stop (plugin.c).
     integer(c_int) function c_stopped() bind(c, name='qsmpm_guard_stopped')
       import :: c_int
     end function c_stopped
 
-    !> Not 0 when a model has been left in the middle (plugin.c).
+    !> Not 0 when a call of a model has been abandoned (plugin.c).
     integer(c_int) function c_abandoned() bind(c, name='qsmpm_guard_abandoned')
       import :: c_int
     end function c_abandoned
@@ -66,13 +66,13 @@ module qsmpm_plugin
       character(kind=c_char), intent(in) :: path(*)
     end function c_may_write
 
-    !> End the process without waiting for anybody (plugin.c).
+    !> Ends the process without waiting for other threads (plugin.c).
     subroutine leave_process(code) bind(c, name='qsmpm_leave_process')
       import :: c_int
       integer(c_int), value :: code
     end subroutine leave_process
 
-    !> Send standard output to nowhere, with a negative number, or back, with what that has returned (plugin.c).
+    !> Redirects standard output to /dev/null, with a negative number, or back, with the number returned.
     integer(c_int) function silence(saved) bind(c, name='qsmpm_silence') result(save_next)
       import :: c_int
       integer(c_int), value :: saved
@@ -81,7 +81,7 @@ module qsmpm_plugin
 
 contains
 
-  !> Whether there is a file where the library should be; it is not opened.
+  !> Checks whether the file of the library exists; it is not opened.
   subroutine find_library(path, error)
     !> Path of the library.
     character(len=*), intent(in) :: path
@@ -93,8 +93,8 @@ contains
     if (.not. there) call fail(error, error_user_material, "there is no library '"//path//"'")
   end subroutine find_library
 
-  !> Find a procedure in a shared library, spelt as it is, name_, name or NAME; module::name is one of a Fortran module
-  !> as gfortran spells it.
+  !> Finds a procedure in a shared library under its name as given, as name_, name or NAME; module::name is one of a
+  !> Fortran module as gfortran spells it.
   subroutine load_procedure(path, symbol, procedure, error)
     !> Path of the library; name of the procedure.
     character(len=*), intent(in) :: path, symbol
@@ -126,7 +126,7 @@ contains
       "' has no procedure '"//symbol//"' (`nm -D --defined-only` lists those it has; module::name is one of a module)")
   end subroutine load_procedure
 
-  !> A path that the loader does not look for elsewhere.
+  !> Path with a slash, for which the loader does not search elsewhere.
   pure function with_slash(path) result(text)
     character(len=*), intent(in) :: path
     character(len=:), allocatable :: text
@@ -135,15 +135,15 @@ contains
     if (index(path, '/') == 0) text = './'//path
   end function with_slash
 
-  !> Whether files may be made in a directory.
+  !> Whether files may be created in a directory.
   logical function may_write(directory)
-    !> Its path.
+    !> Path of the directory.
     character(len=*), intent(in) :: directory
 
     may_write = c_may_write(directory//c_null_char) /= 0
   end function may_write
 
-  !> Small letters; every other character stays.
+  !> Text in lower case.
   pure function small(text) result(changed)
     character(len=*), intent(in) :: text
     character(len=len(text)) :: changed
@@ -155,7 +155,7 @@ contains
     end do
   end function small
 
-  !> Text of C.
+  !> Converts a C string.
   pure function until_null(characters) result(text)
     !> Characters up to the first null.
     character(kind=c_char), intent(in) :: characters(:)
@@ -169,9 +169,9 @@ contains
     end do
   end function until_null
 
-  !> What a model has done instead of returning.
+  !> Message for a model that has not returned.
   pure function guard_words(what) result(words)
-    !> What guarded_call has returned.
+    !> Result of guarded_call.
     integer(c_int), intent(in) :: what
     character(len=:), allocatable :: words
     integer, parameter :: numbers(5) = [4, 6, 7, 8, 11]
@@ -193,12 +193,12 @@ contains
     end do
   end function guard_words
 
-  !> Whether a model has been left because the run was to stop.
+  !> Whether a call of a model has been abandoned because the run was to stop.
   logical function model_stopped()
     model_stopped = c_stopped() /= 0
   end function model_stopped
 
-  !> Whether a model has been left in the middle, so that Fortran's units may be locked.
+  !> Whether a call of a model has been abandoned, so that Fortran's units may be locked.
   logical function model_abandoned()
     model_abandoned = c_abandoned() /= 0
   end function model_abandoned

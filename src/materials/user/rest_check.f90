@@ -1,6 +1,6 @@
-!> Whether a soil model keeps its stress where nothing is strained. One that does not may return to its yield surface,
-!> which a second call leaves alone, or flow with time, which a shorter time makes less; what does neither is no
-!> function of strain and time: it adds up with the calls.
+!> Checks whether a soil model keeps its stress at zero strain. A model that does not may return to its yield surface,
+!> which a second call leaves unchanged, or flow with time, which is less in a shorter time. A model that does neither
+!> is not a function of strain and time: its change of stress accumulates with the calls.
 module qsmpm_rest_check
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -11,16 +11,16 @@ module qsmpm_rest_check
 
   public :: changes_at_rest, what_changes
 
-  !> What a change of the stress at no strain is: a return to where stresses may be, a flow with time, a fault.
+  !> Reasons for a change of the stress at zero strain: return to the admissible stresses, flow with time, fault.
   integer, parameter, public :: rest_returns = 0, rest_flows = 1, rest_is_faulty = 2
-  !> Share of the stress that counts as a change; most of a change that is left where it is a return or a flow.
+  !> Share of the stress regarded as a change; largest share of a change that remains for a return or a flow.
   real(wp), parameter :: least_change = 1.0e-5_wp, left = 0.5_wp
-  !> Shares of the phase: the shorter time is this one of the time, unless that is at its least already.
+  !> Shares of the phase: the shorter time is this share of the time, unless that is the shortest already.
   real(wp), parameter :: shorter = 1.0e-2_wp, shortest = 1.0e-4_wp
 
 contains
 
-  !> Whether an answer to no strain is another stress; one that is no number is no answer.
+  !> Whether the stress changes at zero strain; a stress that is not finite is not regarded as a change.
   pure logical function changes_at_rest(before, after)
     !> Cauchy stress (6).
     real(wp), intent(in) :: before(:), after(:)
@@ -37,14 +37,14 @@ contains
     change = maxval(abs(after - before))
   end function change
 
-  !> Why the stress changes; two calls more.
+  !> Determines why the stress changes, by two more calls.
   subroutine what_changes(model, increment, before, after, what)
     class(soil_model_type), intent(in) :: model
     !> A step without strain.
     type(soil_increment_type), intent(in) :: increment
-    !> Stress and state at its start, one behind the other, and at its end.
+    !> Stress and state at its start, one after the other, and at its end.
     real(wp), intent(in) :: before(:), after(:)
-    !> One of the rest_* values; what the model refuses is no fault of this kind.
+    !> One of the rest_* values; a rejected step is not a fault of this kind.
     integer, intent(out) :: what
     type(soil_increment_type) :: other
     type(soil_response_type) :: response

@@ -1,11 +1,11 @@
-!> What a soil model of the usual kind looks like: stress and state of one point from the start to the end of a
-!> strain increment, and the tangent. UMAT, UDSM, models written in Fortran against this library and callbacks from
-!> C all are soil models; qsmpm_soil_model_law makes a law of one.
+!> Interface of a soil model in tensors: stress and state of one point from the start to the end of a
+!> strain increment, and the tangent. UMAT, UDSM, models written in Fortran with this library and callbacks from
+!> C are soil models; qsmpm_soil_model_law makes a law of one.
 !>
-!> Three dimensions always: components 11,22,33,12,13,23, shear strain gamma = 2 eps, tension positive, effective
+!> Always three-dimensional: components 11,22,33,12,13,23, shear strain gamma = 2 eps, tension positive, effective
 !> stress. The strain increment is the symmetric part of the displacement increment's gradient on the mid
-!> configuration, in the frame to which stress and strain of the start have been turned (qsmpm_step_turn). The model
-!> owns its Cauchy stress: nothing is added to it afterwards.
+!> configuration, in the frame to which stress and strain at the start have been rotated (qsmpm_step_turn). The
+!> Cauchy stress is computed entirely by the model: nothing is added to it afterwards.
 module qsmpm_soil_model
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: step_info_type
@@ -16,17 +16,17 @@ module qsmpm_soil_model
 
   public :: soil_model_type, soil_increment_type, soil_response_type
 
-  !> What a model is given of a step of a point.
+  !> Input of a soil model for a step of a point.
   type :: soil_increment_type
-    !> Strain increment (6), and the sum of the increments before, turned with the material (6).
+    !> Strain increment (6), and the sum of the previous increments, rotated with the material (6).
     real(wp) :: strain(6) = 0.0_wp
     real(wp) :: strain_start(6) = 0.0_wp
-    !> Rotation of the step, by which stress and strain at the start have been turned (3,3).
+    !> Rotation of the step, by which stress and strain at the start have been rotated (3,3).
     real(wp) :: rotation(3, 3) = identity
     !> Deformation gradient at the start and at the end of the step (3,3).
     real(wp) :: gradient_start(3, 3) = identity
     real(wp) :: gradient_end(3, 3) = identity
-    !> When the step takes place.
+    !> Time of the step.
     type(step_info_type) :: step_info
     !> Number of the material point (1 where it has none) and of its cell.
     integer :: point = 1
@@ -34,14 +34,14 @@ module qsmpm_soil_model
     !> Position, and size of the cell.
     real(wp) :: place(3) = 0.0_wp
     real(wp) :: cell_size = 1.0_wp
-    !> Pore pressure at the start of the step, compression positive, the excess in it, filled share of the pores.
+    !> Pore pressure at the start of the step, compression positive, the excess in it, degree of saturation.
     real(wp) :: water(3) = [0.0_wp, 0.0_wp, 1.0_wp]
-    !> Whether the tangent is wanted, and whether it may be the elastic one.
+    !> Whether the tangent is required, and whether it may be the elastic one.
     logical :: wants_tangent = .true.
     logical :: elastic_tangent = .false.
   end type soil_increment_type
 
-  !> What a model says beside stress and state.
+  !> Output of a soil model in addition to stress and state.
   type :: soil_response_type
     !> One of the status_* values of qsmpm_law.
     integer :: status = 0
@@ -49,45 +49,45 @@ module qsmpm_soil_model
     real(wp) :: share = 0.0_wp
     !> Whether the point yields.
     logical :: plastic = .false.
-    !> d stress(i) / d strain(j) of the update (6,6), where wanted.
+    !> d stress(i) / d strain(j) of the update (6,6), where required.
     real(wp) :: tangent(6, 6) = 0.0_wp
-    !> What there is to say when the status is not ok.
+    !> Message when the status is not ok.
     character(len=:), allocatable :: message
   end type soil_response_type
 
-  !> A soil model with its parameters. It holds no state.
+  !> A soil model with its parameters. It stores no state.
   type, abstract :: soil_model_type
-    !> State variables of a point.
+    !> Number of state variables of a point.
     integer :: state_count = 0
-    !> Names of the state variables in results, where they have any (state_count).
+    !> Names of the state variables in results, if any (state_count).
     type(string_type), allocatable :: state_names(:)
     !> Whether the tangent is symmetric for every state.
     logical :: symmetric = .false.
-    !> What the user should know of it; unallocated when there is nothing.
+    !> Advice for the user; unallocated if there is none.
     character(len=:), allocatable :: advice
-    !> Whether it tells which points yield.
+    !> Whether it reports which points yield.
     logical :: tells_yield = .true.
     !> Whether several threads may call it at once.
     logical :: thread_safe = .true.
-    !> Whether it reads strain_start; and the deformation gradients. Points then carry 6 and 9 numbers more.
+    !> Whether it uses strain_start; and the deformation gradients. Points then store 6 and 9 additional numbers.
     logical :: reads_strain = .false.
     logical :: reads_gradient = .false.
-    !> Young's modulus and shear modulus that scale stabilisation.
+    !> Young's modulus and shear modulus that scale the stabilisation.
     real(wp) :: stiffness_scale = 0.0_wp
     real(wp) :: shear_scale = 0.0_wp
   contains
-    !> State of a point with a given stress.
+    !> Initial state of a point with a given stress.
     procedure(start_interface), deferred :: start
-    !> The same at a place, for models whose state differs from place to place.
+    !> The same at a position, for models whose state varies with position.
     procedure :: start_at => start_anywhere
-    !> One step of one point.
+    !> Updates one point by one step.
     procedure(update_interface), deferred :: update
     !> Elastic shear modulus of a step.
     procedure :: shear_modulus => usual_shear
   end type soil_model_type
 
   abstract interface
-    !> State of a point with a given stress.
+    !> Initialises the state of a point with a given stress.
     subroutine start_interface(self, stress, state)
       import :: soil_model_type, wp
       class(soil_model_type), intent(in) :: self
@@ -97,14 +97,14 @@ module qsmpm_soil_model
       real(wp), intent(out) :: state(:)
     end subroutine start_interface
 
-    !> One step of one point.
+    !> Updates one point by one step.
     subroutine update_interface(self, increment, stress, state, response)
       import :: soil_model_type, soil_increment_type, soil_response_type, wp
       class(soil_model_type), intent(in) :: self
       type(soil_increment_type), intent(in) :: increment
-      !> Cauchy stress: in at the start and already turned, out at the end (6).
+      !> Cauchy stress: on entry at the start, rotated; on exit at the end (6).
       real(wp), intent(inout) :: stress(6)
-      !> State: in at the start, out at the end (state_count).
+      !> State: on entry at the start, on exit at the end (state_count).
       real(wp), intent(inout) :: state(:)
       !> Tangent and status.
       type(soil_response_type), intent(inout) :: response
@@ -112,7 +112,7 @@ module qsmpm_soil_model
   end interface
 contains
 
-  !> State of a point whose place does not matter.
+  !> Initialises the state of a point independently of its position.
   subroutine start_anywhere(self, stress, place, state)
     class(soil_model_type), intent(in) :: self
     !> Cauchy stress (6), and position.
@@ -123,7 +123,7 @@ contains
     call self%start(stress, state)
   end subroutine start_anywhere
 
-  !> G of a model that says nothing else: the one that scales stabilisation.
+  !> Shear modulus by default: the one that scales the stabilisation.
   pure real(wp) function usual_shear(self, stress, state) result(shear)
     class(soil_model_type), intent(in) :: self
     !> Effective stress (4 or 6), and state (state_count).

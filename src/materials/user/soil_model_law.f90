@@ -1,12 +1,12 @@
-!> A law of a soil model: what UMAT, UDSM, users' Fortran models and callbacks have in common.
+!> The law of a soil model, common to UMAT, UDSM, users' Fortran models and callbacks.
 !>
-!> A point's strain increment and rotation come from qsmpm_step_turn; stress and strain of the start are turned
-!> before the model is asked, and its stress is the Cauchy stress of the end. Then
+!> A point's strain increment and rotation are computed by qsmpm_step_turn; stress and strain at the start are rotated
+!> before the model is called, and its stress is the Cauchy stress at the end. Then
 !>   Q = det(F) sigma F^-T,   A = dQ/dF by the model's tangent.
-!> A step begins with no strain: a model that has no answer to that is taken to stay as it is, with the tangent by
-!> differences around it. A is as good as the tangent is; qsmpm_step_turn says of which models it is exact otherwise.
-!> Points carry the deformation gradient (9) and the strain (6) in front of the model's own state when the model reads
-!> them. Models that are not thread safe are asked one at a time.
+!> A step begins with zero strain: for a model that fails there, stress and state are kept, with the tangent by
+!> differences around it. A is as accurate as the tangent; qsmpm_step_turn defines for which models it is exact.
+!> Points store the deformation gradient (9) and the strain (6) before the model's own state when the model uses
+!> them. Models that are not thread safe are called by one thread at a time.
 module qsmpm_soil_model_law
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_finite, only: is_usable, unusable
@@ -26,15 +26,15 @@ module qsmpm_soil_model_law
 
   public :: soil_model_law_type, make_soil_model_law
 
-  !> Components of a packed gradient of the plane and of space in the nine of space.
+  !> Components of a packed gradient in 2D and in 3D among the nine components.
   integer, parameter :: in_plane(5) = [1, 2, 4, 5, 9], in_space(9) = [1, 2, 3, 4, 5, 6, 7, 8, 9]
 
-  !> The law.
+  !> The law of a soil model.
   type, extends(law_type) :: soil_model_law_type
     class(soil_model_type), allocatable :: model
     !> Name of the material, for messages.
     character(len=:), allocatable :: name
-    !> State variables before the strain, and before the model's own.
+    !> Number of state variables before the strain, and before the model's own state.
     integer :: before_strain = 0
     integer :: before_own = 0
   contains
@@ -48,7 +48,7 @@ module qsmpm_soil_model_law
 
 contains
 
-  !> Law of a soil model.
+  !> Makes the law of a soil model.
   subroutine make_soil_model_law(model, dimension, law)
     class(soil_model_type), intent(in) :: model
     !> 2 or 3.
@@ -71,10 +71,10 @@ contains
     if (allocated(model%state_names)) call name_states(model, law)
   end subroutine make_soil_model_law
 
-  !> The model's own state has names, what the law keeps before it has none.
+  !> Sets the names of the state variables: those of the model's own state; the preceding ones have none.
   subroutine name_states(model, law)
     class(soil_model_type), intent(in) :: model
-    !> Gains the names.
+    !> The law; its names are set.
     type(soil_model_law_type), intent(inout) :: law
     integer :: i
 
@@ -87,7 +87,7 @@ contains
     end do
   end subroutine name_states
 
-  !> State of a point with a given stress, undeformed.
+  !> Initialises the state of an undeformed point with a given stress.
   subroutine start_at(self, stress, place, state)
     class(soil_model_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6), and position (3).
@@ -109,7 +109,7 @@ contains
     end if
   end subroutine start_at
 
-  !> Update a batch.
+  !> Updates a batch.
   subroutine update(self, batch, tangent)
     class(soil_model_law_type), intent(in) :: self
     type(batch_type), intent(inout) :: batch
@@ -123,11 +123,11 @@ contains
     call finish_points(batch, tangent)
   end subroutine update
 
-  !> Update a point; it is left half done with a status other than ok.
+  !> Updates a point; it is incomplete with a status other than ok.
   subroutine update_point(self, batch, p, tangent)
     class(soil_model_law_type), intent(in) :: self
     type(batch_type), intent(inout) :: batch
-    !> Number of the point; which tangent is wanted.
+    !> Number of the point; requested tangent.
     integer, intent(in) :: p, tangent
     type(step_turn_type) :: turn
     type(soil_increment_type) :: increment
@@ -169,7 +169,7 @@ contains
     call finish_point(self, batch, p, tangent, turn, f, det, stress, response%tangent)
   end subroutine update_point
 
-  !> What the model is given beside stress and state.
+  !> Sets the input of the model in addition to stress and state.
   subroutine describe_step(self, batch, p, turn, f, increment)
     class(soil_model_law_type), intent(in) :: self
     type(batch_type), intent(in) :: batch
@@ -178,7 +178,7 @@ contains
     type(step_turn_type), intent(in) :: turn
     !> Incremental deformation gradient.
     real(wp), intent(in) :: f(3, 3)
-    !> What the model is given.
+    !> Input of the model.
     type(soil_increment_type), intent(inout) :: increment
 
     increment%strain = turn%strain
@@ -199,11 +199,11 @@ contains
     if (allocated(batch%water)) increment%water = batch%water(:, p)
   end subroutine describe_step
 
-  !> Ask the model; one thread at a time where it wants that.
+  !> Calls the model, by one thread at a time if it requires that.
   subroutine ask_model(self, increment, stress, state_start, state, response)
     class(soil_model_law_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress: in at the start, turned, out at the end (6).
+    !> Cauchy stress: on entry at the start, rotated; on exit at the end (6).
     real(wp), intent(inout) :: stress(6)
     !> State at the start (state_count or more).
     real(wp), intent(in) :: state_start(:)
@@ -226,16 +226,16 @@ contains
     end associate
   end subroutine ask_model
 
-  !> Without strain stress and state stay; the tangent is that of small strains around. A model that refuses those as
-  !> well has no answer.
+  !> Keeps stress and state at zero strain, with the tangent of small strains around it. If the model rejects those as
+  !> well, there is no result.
   subroutine rest(self, increment, stress, state_start, state, response)
     class(soil_model_law_type), intent(in) :: self
     !> A step without strain.
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress, turned (6); state at the start and at the end (state_count or more).
+    !> Cauchy stress, rotated (6); state at the start and at the end (state_count or more).
     real(wp), intent(in) :: stress(6), state_start(:)
     real(wp), intent(inout) :: state(:)
-    !> What the model says; unchanged when it has no answer.
+    !> Response of the model; unchanged if it fails.
     type(soil_response_type), intent(inout) :: response
     type(soil_response_type) :: said
 
@@ -255,7 +255,7 @@ contains
     response = said
   end subroutine rest
 
-  !> A model whose stress changes at no strain is broken, unless it returns to where stresses may be or flows with time.
+  !> Rejects a model whose stress changes at zero strain, unless it returns to its yield surface or flows with time.
   subroutine check_rest(self, batch, p, increment, stress, response)
     class(soil_model_law_type), intent(in) :: self
     type(batch_type), intent(in) :: batch
@@ -288,7 +288,7 @@ contains
       'the time increment: by '//rounded_text(maxval(abs(stress - start)))
   end subroutine check_rest
 
-  !> A model that says all is well must have given numbers.
+  !> Checks that a model with status ok has returned usable numbers.
   subroutine check_answer(increment, stress, state, response)
     type(soil_increment_type), intent(in) :: increment
     !> Stress and state at the end.
@@ -312,7 +312,7 @@ contains
     response%message = 'the model returns '//what
   end subroutine check_answer
 
-  !> Pass on why a point could not be updated, and where it is.
+  !> Reports why a point could not be updated, and where it is.
   subroutine report(self, increment, response, batch, p)
     class(soil_model_law_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
@@ -336,11 +336,11 @@ contains
       integer_text(increment%step_info%phase)//', step '//integer_text(increment%step_info%step)
   end subroutine report
 
-  !> Q and A of a point.
+  !> Computes Q and A of a point.
   subroutine finish_point(self, batch, p, tangent, turn, f, det, stress, modulus)
     class(soil_model_law_type), intent(in) :: self
     type(batch_type), intent(inout) :: batch
-    !> Number of the point, and which tangent is wanted.
+    !> Number of the point, and requested tangent.
     integer, intent(in) :: p, tangent
     type(step_turn_type), intent(in) :: turn
     !> Incremental deformation gradient and its determinant.
@@ -363,14 +363,14 @@ contains
     end if
   end subroutine finish_point
 
-  !> Stress and state components.
+  !> Number of stress and state components.
   pure integer function fit_count(self)
     class(soil_model_law_type), intent(in) :: self
 
     fit_count = stress_size(self%dimension) + self%state_count
   end function fit_count
 
-  !> Fields that may be averaged: the Cauchy stress and the state.
+  !> Converts to fields that may be averaged: the Cauchy stress and the state.
   pure subroutine to_fields(self, stress, state, fields)
     class(soil_model_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6); state (state_count or more).
@@ -381,10 +381,10 @@ contains
     fields(1:self%fit_count()) = [stress, state(1:self%state_count)]
   end subroutine to_fields
 
-  !> Stress and state of averaged fields.
+  !> Returns stress and state of averaged fields.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(soil_model_law_type), intent(in) :: self
-    !> Fields (fit_count); V/V0, of which the law is independent.
+    !> Fields (fit_count); V/V0, which is not used.
     real(wp), intent(in) :: fields(:), volume_ratio
     !> Cauchy stress (4 or 6); state (state_count or more).
     real(wp), intent(out) :: stress(:), state(:)
@@ -393,7 +393,7 @@ contains
     state(1:self%state_count) = fields(size(stress) + 1:self%fit_count())
   end subroutine from_fields
 
-  !> G of the model.
+  !> Shear modulus G of the model.
   pure real(wp) function shear_modulus(self, stress, state) result(shear)
     class(soil_model_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), state(:)

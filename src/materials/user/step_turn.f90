@@ -1,17 +1,17 @@
-!> Strain increment and rotation of a step, as a soil model is given them, and their derivative.
+!> Strain increment and rotation of a step, as passed to a soil model, and their derivative.
 !>
 !> G = (F - I) ((F + I)/2)^-1 is the displacement gradient on the mid configuration (Hughes and Winget 1980). Its
-!> skew part turns by R = R_h R_h, R_h the half rotation of qsmpm_jaumann_increment; R turns the tensors of the
-!> start to the frame at the end of the step. The strain increment is brought to that frame too, by R_h, so that
-!> everything a model is given is in one frame, a step is of second order, and an isotropic model answers as if
+!> skew part rotates by R = R_h R_h, R_h the half rotation of qsmpm_jaumann_increment; R rotates the tensors at the
+!> start to the frame at the end of the step. The strain increment is rotated to that frame, too, by R_h. All input of
+!> a model is thus in one frame, a step is of second order, and an isotropic model responds as if
 !> half of the rotation came before and half after the strain increment.
 !>
-!> The stress of the end is M(R s0 R^T, e) with e = R_h sym(G) R_h^T. When every tensor turns by a small w beside
-!> R, an objective model answers with a turned stress; therefore
+!> The stress at the end is M(R s0 R^T, e) with e = R_h sym(G) R_h^T. When all tensors are rotated by a small w in
+!> addition to R, the stress of an objective model is rotated with them; therefore
 !>   d s = W s - s W + C : (R_h sym(dG) R_h^T + W' e - e W'),   W = dR R^T,  W' = dR_h R_h^T - W,
-!> without the derivative of M with respect to the start. This is exact for models that turn with their tensors,
-!> isotropic or with tensors in their state which they turn by R; for one with directions fixed in space
-!> it leaves out W (C : e) - (C : e) W - C : (W e - e W), as small as the strain increment.
+!> without the derivative of M with respect to the start. This is exact for models that rotate with their tensors,
+!> isotropic or with tensors in their state which they rotate by R; for a model with directions fixed in space
+!> it omits W (C : e) - (C : e) W - C : (W e - e W), which is of the order of the strain increment.
 module qsmpm_step_turn
   use qsmpm_kinds, only: wp
   use qsmpm_jaumann_increment, only: half_rotation, rotation_jacobian, axial
@@ -22,7 +22,7 @@ module qsmpm_step_turn
 
   public :: step_turn_type, make_step_turn, turned_stress, turned_strain, step_tangent
 
-  !> A step of a point.
+  !> Strain increment and rotation of a step of a point.
   type :: step_turn_type
     !> Half the axial vector of the skew part of G (3).
     real(wp) :: t(3) = 0.0_wp
@@ -37,12 +37,12 @@ module qsmpm_step_turn
 
 contains
 
-  !> Strain increment and rotation of a step.
+  !> Computes strain increment and rotation of a step.
   pure subroutine make_step_turn(f, turn, ok)
     !> Incremental deformation gradient (3,3).
     real(wp), intent(in) :: f(3, 3)
     type(step_turn_type), intent(out) :: turn
-    !> False when the mid configuration is turned inside out.
+    !> False when the mid configuration is inverted.
     logical, intent(out) :: ok
     real(wp) :: a(3, 3), g(3, 3), det
 
@@ -61,7 +61,7 @@ contains
     turn%strain = [0.5_wp*a(1, 1), 0.5_wp*a(2, 2), 0.5_wp*a(3, 3), a(1, 2), a(1, 3), a(2, 3)]
   end subroutine make_step_turn
 
-  !> Stress of the start in the frame at the end.
+  !> Stress at the start in the frame at the end.
   pure function turned_stress(turn, stress) result(turned)
     type(step_turn_type), intent(in) :: turn
     !> 11, 22, 33, 12, 13, 23.
@@ -72,7 +72,7 @@ contains
     turned = [a(1, 1), a(2, 2), a(3, 3), a(1, 2), a(1, 3), a(2, 3)]
   end function turned_stress
 
-  !> Strain of the start in the frame at the end.
+  !> Strain at the start in the frame at the end.
   pure function turned_strain(turn, strain) result(turned)
     type(step_turn_type), intent(in) :: turn
     !> 11, 22, 33, 12, 13, 23, shear gamma.
@@ -83,13 +83,13 @@ contains
     turned(4:6) = 2.0_wp*turned(4:6)
   end function turned_strain
 
-  !> A = dQ/dF of a point.
+  !> Computes A = dQ/dF of a point.
   pure subroutine step_tangent(turn, stress, modulus, symmetric, inverse, det, a)
     type(step_turn_type), intent(in) :: turn
     !> Cauchy stress at the end (6); C = d stress / d strain (6,6).
     real(wp), intent(in) :: stress(6), modulus(6, 6)
-    !> Take the symmetric part of C, and the stress it gives as J times the Cauchy stress: A is symmetric at F = I
-    !> then, [K^E + K^G]^0 of the paper's eqs. 15-17.
+    !> Whether to use the symmetric part of C, and its stress as J times the Cauchy stress: A is then symmetric at
+    !> F = I, [K^E + K^G]^0 of the paper's eqs. 15-17.
     logical, intent(in) :: symmetric
     !> F^-1 and det(F).
     real(wp), intent(in) :: inverse(3, 3), det
@@ -110,8 +110,8 @@ contains
     call piola_tangent(full(stress), inverse, det, change, a)
   end subroutine step_tangent
 
-  !> Change of the stress with half the axial vector of the turned dG. With L of rotation_jacobian, dR_h R_h^T has
-  !> the axial vector L R_h^T/2 times that of the turned dG, W that and R_h times it, W' what R_h made of it, negative.
+  !> Change of the stress with half the axial vector of the rotated dG. With L of rotation_jacobian, dR_h R_h^T has the
+  !> axial vector L R_h^T/2 times that of the rotated dG, W has that plus R_h times it, W' has minus R_h times it.
   pure function change_by_spin(turn, stress, c) result(columns)
     type(step_turn_type), intent(in) :: turn
     !> Cauchy stress at the end (3,3); d stress / d strain (6,6).

@@ -1,14 +1,14 @@
-!> The adapter of a UDSM: a soil model with PLAXIS's interface User_Mod of 31 arguments in a shared library.
+!> The adapter of a UDSM: a soil model in a shared library with the PLAXIS interface User_Mod of 31 arguments.
 !>
 !> Its order is xx, yy, zz, xy, yz, zx, that of qsmpm_soil_model with the last two exchanged. Its tasks:
-!>   4, 5   number of state variables, what kind of model; asked once
-!>   1      state at the start, which comes back in StVar0
-!>   6, 2   elastic D at the point, which some models take their trial stress from, then the stress
+!>   4, 5   number of state variables, properties of the model; called once
+!>   1      state at the start, returned in StVar0
+!>   6, 2   elastic D at the point, from which some models compute their trial stress, then the stress
 !>   3      D as tangent, where the model has one
-!> Props are 50 numbers that the model may write to in the first task 1. With a bulk modulus of the pore
-!> water the model is undrained: Sig is the effective stress, Swp the excess pore pressure, tension positive, which is
-!> carried as first state variable, compression positive as that of *UNDRAINED, and the stress of the point is their
-!> sum. What each argument holds is listed in docs/user_models.md.
+!> Props are 50 numbers that the model may change in the first task 1. With a bulk modulus of the pore
+!> water the model is undrained: Sig is the effective stress, Swp the excess pore pressure, tension positive. It is
+!> stored as the first state variable, compression positive as that of *UNDRAINED, and the stress of the point is the
+!> sum of both. The contents of all arguments are listed in docs/user_models.md.
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
@@ -31,23 +31,23 @@ module qsmpm_udsm
   !> Tasks of a model.
   integer(c_int), parameter :: task_start = 1, task_stress = 2, task_tangent = 3, task_states = 4, task_kind = 5, &
     task_elastic = 6
-  !> Constants, components of Sig0 and Sig, and of dEps.
+  !> Number of constants, of components of Sig0 and Sig, and of dEps.
   integer, parameter :: constants = 50, stresses = 20, strains = 12
-  !> Place of each of the adapter's components among those of the soil model; it is its own inverse.
+  !> Index of each component of the adapter among those of the soil model; it is its own inverse.
   integer, parameter :: place(6) = [1, 2, 3, 4, 6, 5]
-  !> Whole numbers that only tell the model something.
+  !> Integer arguments that are input only.
   integer, parameter :: whole_arguments = 7
   character(len=7), parameter :: whole_names(whole_arguments) = [character(len=7) :: 'IDTask', 'iMod', 'IsUndr', &
     'iStep', 'iTer', 'iEl', 'Int']
-  !> Arrays among the arguments, in the order of their room, the constants last.
+  !> Arrays among the arguments, in the order of the buffer, the constants last.
   integer, parameter :: arrays = 7
   character(len=6), parameter :: array_names(arrays) = [character(len=6) :: 'StVar', 'StVar0', 'Sig', 'Sig0', 'dEps', &
     'D', 'Props']
-  !> Directory of the model's own files: the working directory, or this one where nobody may write there.
+  !> Directory of the model's own files: the working directory, or this one where that is not writable.
   character(len=*), parameter :: here = './', elsewhere = '/tmp/'
 
   abstract interface
-    !> User_Mod.
+    !> Interface of User_Mod.
     subroutine udsm_interface(task, model, is_undrained, step, iteration, element, point, x, y, z, time0, dtime, &
       props, sig0, swp0, stvar0, deps, d, bulk_water, sig, swp, stvar, plastic, states, non_symmetric, &
       stress_dependent, time_dependent, has_tangent, directory, directory_length, abort) bind(c)
@@ -61,15 +61,15 @@ module qsmpm_udsm
     end subroutine udsm_interface
   end interface
 
-  !> The model.
+  !> A UDSM.
   type, extends(adapter_type) :: udsm_type
     procedure(udsm_interface), pointer, nopass :: routine => null()
     real(c_double) :: props(constants) = 0.0_c_double
     !> Directory of the model's own files.
     character(len=:), allocatable :: directory
-    !> State variables in front of the model's own: 1 when it is undrained.
+    !> Number of state variables before the model's own: 1 when it is undrained.
     integer :: before = 0
-    !> Answers to task 5.
+    !> Results of task 5.
     logical :: non_symmetric = .false.
     logical :: has_tangent = .false.
   contains
@@ -82,7 +82,7 @@ module qsmpm_udsm
     procedure(udsm_interface), pointer, nopass :: routine => null()
     integer(c_int) :: task, model, is_undrained, step, iteration, element, point
     real(c_double) :: x, y, z, time0, dtime, swp0, bulk_water, swp
-    !> The room of the arrays, and each of them.
+    !> The buffer of the arrays, and each of them.
     real(c_double), pointer, contiguous :: room(:) => null(), stvar(:) => null(), stvar0(:) => null(), &
       sig(:) => null(), sig0(:) => null(), deps(:) => null(), d(:) => null(), props(:) => null()
     integer(c_int) :: plastic, states, non_symmetric, stress_dependent, time_dependent, has_tangent
@@ -91,14 +91,14 @@ module qsmpm_udsm
 
 contains
 
-  !> Load a UDSM and ask what it is.
+  !> Loads a UDSM and requests its properties.
   subroutine make_udsm(user, name, model, error)
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
     !> The model, without the scales of its stiffness.
     type(udsm_type), intent(out) :: model
-    !> error_user_material: it cannot be loaded, or has another number of state variables.
+    !> error_user_material: it cannot be loaded, or the number of state variables differs.
     type(error_type), allocatable, intent(out) :: error
     procedure(udsm_interface), pointer :: routine
     type(string_type), allocatable :: names(:)
@@ -124,10 +124,10 @@ contains
     end do
   end subroutine make_udsm
 
-  !> Tasks 4, 5 and the first task 1.
+  !> Performs tasks 4, 5 and the first task 1.
   subroutine inquire(model, error)
     type(udsm_type), intent(inout) :: model
-    !> error_user_material: what is wrong with the answers.
+    !> error_user_material: the results are wrong.
     type(error_type), allocatable, intent(out) :: error
     real(c_double), allocatable, target :: room(:)
     type(udsm_call_type), target :: arguments
@@ -157,7 +157,7 @@ contains
     model%state_count = model%before + model%user%states
     deallocate (room)
     allocate (room(room_size(array_sizes(model))), source=0.0_c_double)
-    ! A little compression: many soils have no state at no stress.
+    ! A small compression: many soils have no state at zero stress.
     call prepare(model, soil_increment_type(), [-1.0_wp, -1.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, room, &
       arguments)
     call put_start(model%user, [0.0_wp, 0.0_wp, 0.0_wp], arguments%stvar0)
@@ -166,7 +166,7 @@ contains
     model%props = arguments%props
   end subroutine inquire
 
-  !> State of a point with a given stress: task 1 answers in StVar0, which holds the deck's values before.
+  !> Initialises the state of a point with a given stress: task 1 returns it in StVar0 (initially that of the deck).
   subroutine start_at(self, stress, place, state)
     class(udsm_type), intent(in) :: self
     !> Effective stress (6), and position.
@@ -185,13 +185,13 @@ contains
     state(self%before + 1:self%state_count) = arguments%stvar0
   end subroutine start_at
 
-  !> One step of one point.
+  !> Updates one point by one step.
   subroutine update(self, increment, stress, state, response)
     class(udsm_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress: in at the start, turned, out at the end (6).
+    !> Cauchy stress: on entry at the start, rotated; on exit at the end (6).
     real(wp), intent(inout) :: stress(6)
-    !> State: in at the start, out at the end (state_count).
+    !> State: on entry at the start, on exit at the end (state_count).
     real(wp), intent(inout) :: state(:)
     !> Tangent and status.
     type(soil_response_type), intent(inout) :: response
@@ -236,7 +236,7 @@ contains
     if (self%before > 0) response%tangent(1:3, 1:3) = response%tangent(1:3, 1:3) + arguments%bulk_water
   end subroutine update
 
-  !> D in the order of the soil model.
+  !> Copies D to the tangent, in the order of the soil model.
   pure subroutine take_tangent(arguments, response)
     type(udsm_call_type), intent(in) :: arguments
     type(soil_response_type), intent(inout) :: response
@@ -246,13 +246,13 @@ contains
     response%tangent = d(place, place)
   end subroutine take_tangent
 
-  !> What the model is given in every task.
+  !> Sets the input of the model for all tasks.
   subroutine prepare(self, increment, stress, water, room, arguments)
     class(udsm_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress at the start, turned (6), and excess pore pressure.
+    !> Cauchy stress at the start, rotated (6), and excess pore pressure.
     real(wp), intent(in) :: stress(6), water
-    !> Room for the arrays; those of the state stay.
+    !> Buffer of the arrays; those of the state are not changed.
     real(c_double), intent(inout), target, contiguous :: room(:)
     type(udsm_call_type), intent(inout) :: arguments
     integer :: i
@@ -300,7 +300,7 @@ contains
     end associate
   end function array_sizes
 
-  !> Each array in its place.
+  !> Associates each array with its part of the buffer.
   subroutine place_arrays(self, room, arguments)
     class(udsm_type), intent(in) :: self
     real(c_double), intent(inout), target, contiguous :: room(:)
@@ -319,7 +319,7 @@ contains
     arguments%props => room(first(7):last(7))
   end subroutine place_arrays
 
-  !> Answers before they are given, and the directory as numbers of characters.
+  !> Initialises the output arguments, and the directory as character codes.
   subroutine prepare_answers(self, arguments)
     class(udsm_type), intent(in) :: self
     type(udsm_call_type), intent(inout) :: arguments
@@ -337,10 +337,10 @@ contains
     arguments%abort = 0
   end subroutine prepare_answers
 
-  !> One task.
+  !> Performs one task.
   subroutine perform(self, task, arguments, response)
     class(udsm_type), intent(in) :: self
-    !> Its number.
+    !> Number of the task.
     integer(c_int), intent(in) :: task
     type(udsm_call_type), intent(inout), target :: arguments
     type(soil_response_type), intent(inout) :: response
@@ -353,7 +353,7 @@ contains
     if (response%status == status_ok) call check_arguments(self, sent, whole_numbers(arguments), whole_names, response)
   end subroutine perform
 
-  !> The whole numbers that a model is given and must leave as they are, as `whole_names` names them.
+  !> Integer input arguments that a model must not change, in the order of `whole_names`.
   pure function whole_numbers(arguments) result(numbers)
     type(udsm_call_type), intent(in) :: arguments
     integer(c_int) :: numbers(whole_arguments)
@@ -362,7 +362,7 @@ contains
       arguments%element, arguments%point]
   end function whole_numbers
 
-  !> Call the model, under guard.
+  !> Calls the model, under guard.
   subroutine make_call(data) bind(c, name='qsmpm_make_udsm_call')
     !> The arguments.
     type(c_ptr), value :: data

@@ -1,7 +1,7 @@
-!> What a UDSM's library says in words: how many parameters a model has, and the names of its state variables.
+!> Names from a UDSM's library: the number of parameters of a model, and the names of its state variables.
 !>
-!> The procedures are optional: GETPARAMCOUNT(iMod, n), GETPARAMNAME(iMod, i, name), GETSTATEVARNAME(iMod, i, name),
-!> names 255 characters long, the first one the length of what follows, with @ for Greek letters and # behind indices.
+!> The procedures are optional: GETPARAMCOUNT(iMod, n), GETPARAMNAME(iMod, i, name), GETSTATEVARNAME(iMod, i, name).
+!> Names have 255 characters; the first is the length of the rest, with @ for Greek letters and # after indices.
 module qsmpm_udsm_words
   use, intrinsic :: iso_c_binding, only: c_int, c_char, c_ptr, c_funptr, c_size_t, c_loc, c_funloc, c_f_pointer, &
     c_f_procpointer
@@ -14,18 +14,18 @@ module qsmpm_udsm_words
 
   public :: check_parameters, name_states
 
-  !> Characters of a name.
+  !> Length of a name in characters.
   integer, parameter :: length = 255
 
   abstract interface
-    !> GETPARAMCOUNT.
+    !> Interface of GETPARAMCOUNT.
     subroutine count_interface(model, count) bind(c)
       import :: c_int
       integer(c_int), intent(in) :: model
       integer(c_int), intent(inout) :: count
     end subroutine count_interface
 
-    !> GETPARAMNAME, GETSTATEVARNAME. The last argument is the length of the name, which Fortran passes by value.
+    !> Interface of GETPARAMNAME, GETSTATEVARNAME. The last argument is the length of the name, passed by value.
     subroutine name_interface(model, number, name, name_length) bind(c)
       import :: c_int, c_char, c_size_t
       integer(c_int), intent(in) :: model, number
@@ -43,7 +43,7 @@ module qsmpm_udsm_words
 
 contains
 
-  !> A model that says how many parameters it has must be given as many constants.
+  !> Checks that there are at least as many constants as the model has parameters.
   subroutine check_parameters(user, error)
     type(user_material_type), intent(in) :: user
     !> error_user_material: there are fewer.
@@ -63,10 +63,10 @@ contains
     if (len(name) > 0) error%message = error%message//"; the first that is missing is '"//name//"'"
   end subroutine check_parameters
 
-  !> SDV1, SDV2, ..., each with the name that the model has for it.
+  !> Returns SDV1, SDV2, ..., each with the name that the model gives it.
   subroutine name_states(user, count, names)
     type(user_material_type), intent(in) :: user
-    !> State variables.
+    !> Number of state variables.
     integer, intent(in) :: count
     !> Their names (count).
     type(string_type), allocatable, intent(out) :: names(:)
@@ -88,9 +88,9 @@ contains
     end do
   end subroutine name_states
 
-  !> Letters, figures and signs of a name, blanks as underscores.
+  !> Returns letters, digits and signs of a name, with underscores for blanks.
   pure subroutine make_plain(characters, name)
-    !> The first is the length of what follows.
+    !> The first character is the length of the rest.
     character(kind=c_char), intent(in) :: characters(:)
     character(len=:), allocatable, intent(out) :: name
     character(len=*), parameter :: kept = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_^+-'
@@ -104,9 +104,9 @@ contains
     end do
   end subroutine make_plain
 
-  !> Call a procedure of the library, if there is one, under guard.
+  !> Calls a procedure of the library, if it exists, under guard.
   subroutine ask(user, symbol, procedure, question, answered)
-    !> What the deck says of the model.
+    !> Description of the model in the deck.
     type(user_material_type), intent(in) :: user
     !> Name of the procedure.
     character(len=*), intent(in) :: symbol
@@ -114,7 +114,7 @@ contains
     type(c_funptr), value :: procedure
     !> The arguments.
     type(question_type), intent(inout), target :: question
-    !> There is such a procedure, and it has returned.
+    !> Whether the procedure exists and has returned.
     logical, intent(out) :: answered
     type(error_type), allocatable :: error
 
@@ -124,7 +124,7 @@ contains
     if (answered) answered = guarded_call(question%address, procedure, c_loc(question)) == 0
   end subroutine ask
 
-  !> Call a GETPARAMCOUNT.
+  !> Calls a GETPARAMCOUNT.
   subroutine ask_count(data) bind(c, name='qsmpm_ask_udsm_count')
     !> The arguments.
     type(c_ptr), value :: data
@@ -136,7 +136,7 @@ contains
     call routine(question%model, question%number)
   end subroutine ask_count
 
-  !> Call a GETPARAMNAME or GETSTATEVARNAME.
+  !> Calls a GETPARAMNAME or GETSTATEVARNAME.
   subroutine ask_name(data) bind(c, name='qsmpm_ask_udsm_name')
     !> The arguments.
     type(c_ptr), value :: data

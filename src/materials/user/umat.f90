@@ -1,9 +1,9 @@
-!> The adapter of a UMAT: a soil model with Abaqus's interface of 37 arguments in a shared library.
+!> The adapter of a UMAT: a soil model in a shared library with the Abaqus interface of 37 arguments.
 !>
 !> Stress, strain and rotation are those of qsmpm_soil_model, whose order 11, 22, 33, 12, 13, 23 and shear gamma are
-!> the UMAT's own. NDI, NSHR, NTENS are 3, 3, 6 also in the plane unless four components are asked for. The model
-!> gets the turned stress and strain of the start, DROT, and the deformation gradients; tensors in its state are
-!> its own to turn. What each argument holds is listed in docs/user_models.md.
+!> those of a UMAT. NDI, NSHR, NTENS are 3, 3, 6 also in 2D unless four components are requested. The model
+!> receives the rotated stress and strain at the start, DROT, and the deformation gradients; it must rotate tensors in
+!> its state itself. The contents of all arguments are listed in docs/user_models.md.
 module qsmpm_umat
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_null_funptr, c_size_t, c_loc, &
@@ -25,15 +25,15 @@ module qsmpm_umat
 
   public :: umat_type, make_umat
 
-  !> Characters of CMNAME.
+  !> Length of CMNAME in characters.
   integer, parameter :: name_length = 80
-  !> Length of the arrays of field variables: pore pressure, filled share of the pores, the others zero.
+  !> Length of the arrays of field variables: pore pressure, degree of saturation, the others zero.
   integer, parameter :: fields = 8
-  !> Whole numbers among the arguments.
+  !> Integer input arguments.
   integer, parameter :: whole_arguments = 11
   character(len=6), parameter :: whole_names(whole_arguments) = [character(len=6) :: 'NDI', 'NSHR', 'NTENS', 'NSTATV', &
     'NPROPS', 'NOEL', 'NPT', 'LAYER', 'KSPT', 'KSTEP', 'KINC']
-  !> Arrays among the arguments, in the order of their room, the constants last.
+  !> Arrays among the arguments, in the order of the buffer, the constants last.
   integer, parameter :: arrays = 15, at_statev = 1, at_stress = 2, at_ddsdde = 3, at_ddsddt = 4, at_drplde = 5, &
     at_stran = 6, at_dstran = 7, at_time = 8, at_predef = 9, at_dpred = 10, at_coords = 11, at_drot = 12, &
     at_dfgrd0 = 13, at_dfgrd1 = 14, at_props = 15
@@ -41,7 +41,7 @@ module qsmpm_umat
     'DRPLDE', 'STRAN', 'DSTRAN', 'TIME', 'PREDEF', 'DPRED', 'COORDS', 'DROT', 'DFGRD0', 'DFGRD1', 'PROPS']
 
   abstract interface
-    !> A UMAT. The last argument is the length of CMNAME, which Fortran compilers pass by value behind all others.
+    !> Interface of a UMAT. The last argument is the length of CMNAME, which Fortran compilers pass by value at the end.
     subroutine umat_interface(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, &
       time, dtime, temp, dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, &
       pnewdt, celent, dfgrd0, dfgrd1, noel, npt, layer, kspt, jstep, kinc, cmname_length) bind(c)
@@ -56,13 +56,13 @@ module qsmpm_umat
     end subroutine umat_interface
   end interface
 
-  !> The model.
+  !> A UMAT.
   type, extends(adapter_type) :: umat_type
     procedure(umat_interface), pointer, nopass :: routine => null()
     character(kind=c_char) :: cmname(name_length) = ' '
     !> Constants, at least one.
     real(c_double), allocatable :: props(:)
-    !> SDVINI, c_null_funptr where the library has none.
+    !> SDVINI; c_null_funptr where the library has none.
     type(c_funptr) :: sdvini = c_null_funptr
   contains
     procedure :: start_at
@@ -72,7 +72,7 @@ module qsmpm_umat
   !> Arguments of a call.
   type :: umat_call_type
     procedure(umat_interface), pointer, nopass :: routine => null()
-    !> The arrays, and where each begins.
+    !> The buffer of the arrays, and the first index of each.
     real(c_double), pointer, contiguous :: room(:) => null()
     integer :: first(arrays + 1)
     real(c_double) :: dtime, celent, pnewdt, energy(3), rpl, drpldt, temperature(2)
@@ -81,7 +81,7 @@ module qsmpm_umat
   end type umat_call_type
 
   abstract interface
-    !> SDVINI, where the library has one: initial state variables, called once for each point.
+    !> Interface of SDVINI, where the library has one: initial state variables, called once for each point.
     subroutine sdvini_interface(statev, coords, nstatv, ncrds, noel, npt, layer, kspt) bind(c)
       import :: c_int, c_double
       real(c_double), intent(inout) :: statev(*)
@@ -100,7 +100,7 @@ module qsmpm_umat
 
 contains
 
-  !> Load a UMAT.
+  !> Loads a UMAT.
   subroutine make_umat(user, name, model, error)
     type(user_material_type), intent(in) :: user
     !> Name of the material.
@@ -132,10 +132,10 @@ contains
     if (user%shows_state) call number_states(model%state_count, model%state_names)
   end subroutine make_umat
 
-  !> State variables as the deck gives them, then as the model's SDVINI sets them.
+  !> Initialises the state variables with those of the deck, then by the model's SDVINI.
   subroutine start_at(self, stress, place, state)
     class(umat_type), intent(in) :: self
-    !> Cauchy stress (6), of which they are independent, and position.
+    !> Cauchy stress (6), which is not used, and position.
     real(wp), intent(in) :: stress(6), place(3)
     !> State (state_count).
     real(wp), intent(out) :: state(:)
@@ -145,13 +145,13 @@ contains
     call initial_state(self, place, state(:self%state_count))
   end subroutine start_at
 
-  !> One step of one point.
+  !> Updates one point by one step.
   subroutine update(self, increment, stress, state, response)
     class(umat_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress: in at the start, turned, out at the end (6).
+    !> Cauchy stress: on entry at the start, rotated; on exit at the end (6).
     real(wp), intent(inout) :: stress(6)
-    !> State: in at the start, out at the end (state_count).
+    !> State: on entry at the start, on exit at the end (state_count).
     real(wp), intent(inout) :: state(:)
     !> Tangent and status.
     type(soil_response_type), intent(inout) :: response
@@ -181,13 +181,13 @@ contains
     end if
   end subroutine update
 
-  !> One call.
+  !> Calls the UMAT once.
   subroutine ask(self, increment, stress, state, response)
     class(umat_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress: in at the start, turned, out at the end (6).
+    !> Cauchy stress: on entry at the start, rotated; on exit at the end (6).
     real(wp), intent(inout) :: stress(6)
-    !> State: in at the start, out at the end (state_count).
+    !> State: on entry at the start, on exit at the end (state_count).
     real(wp), intent(inout) :: state(:)
     !> Tangent and status.
     type(soil_response_type), intent(inout) :: response
@@ -224,7 +224,7 @@ contains
       ' state variables it is given: those are not numbers'
   end subroutine ask
 
-  !> The whole numbers that a model is given and must leave as they are, as `whole_names` names them.
+  !> Integer input arguments that a model must not change, in the order of `whole_names`.
   pure function whole_numbers(arguments) result(numbers)
     type(umat_call_type), intent(in) :: arguments
     integer(c_int) :: numbers(whole_arguments)
@@ -243,13 +243,13 @@ contains
     end associate
   end function array_sizes
 
-  !> What the model is given in arrays.
+  !> Sets the array input of the model.
   subroutine fill_arrays(self, increment, stress, state, sizes, first, room)
     class(umat_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress at the start, turned (6), and state at the start.
+    !> Cauchy stress at the start, rotated (6), and state at the start.
     real(wp), intent(in) :: stress(6), state(:)
-    !> Sizes of the arrays, where they begin, and their room.
+    !> Sizes of the arrays, their first indices, and their buffer.
     integer, intent(in) :: sizes(arrays), first(arrays + 1)
     real(c_double), intent(inout) :: room(:)
     real(wp), parameter :: nothing(36) = 0.0_wp
@@ -273,7 +273,7 @@ contains
 
   contains
 
-    !> Put the first numbers of a list into an array.
+    !> Copies the first values of a list to an array.
     subroutine put(array, values)
       integer, intent(in) :: array
       real(wp), intent(in) :: values(:)
@@ -282,7 +282,7 @@ contains
     end subroutine put
   end subroutine fill_arrays
 
-  !> What the model is given beside arrays.
+  !> Sets the scalar input of the model.
   subroutine fill_call(self, increment, arguments)
     class(umat_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
@@ -310,7 +310,7 @@ contains
     arguments%kinc = int(increment%step_info%step_of_phase, c_int)
   end subroutine fill_call
 
-  !> Call the UMAT, under guard.
+  !> Calls the UMAT, under guard.
   subroutine make_call(data) bind(c, name='qsmpm_make_umat_call')
     !> The arguments.
     type(c_ptr), value :: data
@@ -328,13 +328,13 @@ contains
     end associate
   end subroutine make_call
 
-  !> State of a point; not a number where the procedure fails, so that the point's first step says so.
+  !> Initialises the state of a point; NaN where the procedure fails, so that the point's first step reports it.
   subroutine initial_state(self, place, state)
-    !> Without SDVINI nothing changes.
+    !> The UMAT; without SDVINI the state is not changed.
     class(umat_type), intent(in) :: self
     !> Position of the point.
     real(wp), intent(in) :: place(3)
-    !> In: as the deck has it; out: as the procedure leaves it.
+    !> On entry as given in the deck; on exit as set by the procedure.
     real(wp), intent(inout) :: state(:)
     real(c_double), target :: room(room_size([size(state), 3]))
     type(umat_start_call_type), target :: arguments
@@ -358,7 +358,7 @@ contains
     if (response%status /= status_ok) state = ieee_value(state, ieee_quiet_nan)
   end subroutine initial_state
 
-  !> Call the procedure, under guard.
+  !> Calls SDVINI, under guard.
   subroutine call_sdvini(data) bind(c, name='qsmpm_make_sdvini_call')
     !> The arguments.
     type(c_ptr), value :: data

@@ -1,10 +1,10 @@
-/* The procedures that Abaqus lends to a UMAT: ROTSIG, SINV, SPRINC, SPRIND, XIT, STDB_ABQERR, GETOUTDIR, GETJOBNAME,
- * GETNUMCPUS, GETRANK, MUTEXINIT, MUTEXLOCK, MUTEXUNLOCK.
+/* Utility procedures that Abaqus provides to a UMAT: ROTSIG, SINV, SPRINC, SPRIND, XIT, STDB_ABQERR, GETOUTDIR,
+ * GETJOBNAME, GETNUMCPUS, GETRANK, MUTEXINIT, MUTEXLOCK, MUTEXUNLOCK.
  *
- * They stand alone: the program exports them to models that were linked without them, and tools/build-umat links
- * them into the model, which then can be loaded by any program. Symmetric tensors are NDI normal components
- * followed by NSHR shear components 12, 13, 23; the shear of a strain (LSTR = 2) is gamma. Matrices are Fortran's,
- * column by column. They are weak: a model's own procedure of the same name goes before them. */
+ * They are independent of other files: the program exports them to models that were linked without them, and
+ * tools/build-umat links them into the model, which any program can then load. Symmetric tensors are NDI normal
+ * components followed by NSHR shear components 12, 13, 23; the shear of a strain (LSTR = 2) is gamma. Matrices are in
+ * Fortran's column order. The symbols are weak: a model's own procedure of the same name takes precedence. */
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -63,7 +63,7 @@ LENT void sinv_(const double *stress, double *sinv1, double *sinv2, const int *n
     *sinv2 = sqrt(1.5 * sum);
 }
 
-/* Turn rows and columns p, q of a symmetric tensor so that its component pq vanishes, and the directions. */
+/* Rotates rows and columns p, q of a symmetric tensor so that its component pq vanishes, and the directions. */
 static void annihilate(double a[axes][axes], double n[axes][axes], int p, int q)
 {
     const double ratio = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
@@ -85,7 +85,7 @@ static void annihilate(double a[axes][axes], double n[axes][axes], int p, int q)
     }
 }
 
-/* Principal values, the largest first, and directions, one a column, by Jacobi's method. */
+/* Computes principal values, the largest first, and directions, as columns, by Jacobi's method. */
 static void principal(double a[axes][axes], double value[axes], double n[axes][axes])
 {
     int sweep, i, j, k;
@@ -133,14 +133,14 @@ LENT void sprind_(const double *s, double *ps, double *an, const int *lstr, cons
         for (i = 0; i < axes; i++) an[k + axes * i] = n[i][k];
 }
 
-/* The model ends the run. */
+/* Ends the run. */
 LENT void xit_(void)
 {
     fputs("the model calls XIT\n", stderr);
     exit(1);
 }
 
-/* Text of Fortran: blanks behind it. */
+/* Copies a text as a Fortran string, padded with blanks. */
 static void give_text(const char *text, char *to, size_t length)
 {
     size_t n = strlen(text);
@@ -163,7 +163,7 @@ LENT void getjobname_(char *name, int *used, size_t length)
     *used = 5;
 }
 
-/* Processes, and which of them this is. */
+/* Number of processes, and rank of this one. */
 LENT void getnumcpus_(int *count)
 {
     *count = 1;
@@ -174,7 +174,7 @@ LENT void getrank_(int *rank)
     *rank = 0;
 }
 
-/* Models are called one at a time unless they say that they need no locks. */
+/* Locks without effect: models are called one at a time unless they are declared thread safe. */
 LENT void mutexinit_(const int *number)
 {
     (void)number;
@@ -190,14 +190,14 @@ LENT void mutexunlock_(const int *number)
     (void)number;
 }
 
-/* CALL ABORT of gfortran, which takes the signal's handler away first. */
+/* Replaces CALL ABORT of gfortran, which would remove the signal handler first. */
 LENT void _gfortran_abort(void)
 {
     abort();
 }
 
-/* A message, with %I, %R and %S in its text for the next whole number, real number and word of 8 characters; lop 1
- * tells, -1 warns, -2 is an error, and -3 ends the run. */
+/* Prints a message; %I, %R and %S in its text are the next integer, real number and word of 8 characters. lop = 1 is
+ * information, -1 a warning, -2 an error, and -3 ends the run. */
 LENT void stdb_abqerr_(const int *lop, const char *string, const int *intv, const double *realv, const char *charv,
                   size_t length, size_t word)
 {

@@ -1,5 +1,5 @@
-!> What the adapters to UMAT and UDSM have in common: a soil model in a shared library with its constants, what
-!> is wrong with a call, and the stiffness of a model that says nothing of it.
+!> Common part of the adapters to UMAT and UDSM: a soil model in a shared library with its constants, the detection of
+!> faulty calls, and the stiffness of a model for which the deck gives none.
 module qsmpm_user_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_funptr, c_null_funptr
@@ -20,7 +20,7 @@ module qsmpm_user_adapter
 
   public :: adapter_type, call_model, check_arguments, ask_stiffness, take_user, number_states
 
-  !> A model behind an adapter.
+  !> A model called through an adapter.
   type, abstract, extends(soil_model_type) :: adapter_type
     type(user_material_type) :: user
     !> Name of the material.
@@ -33,7 +33,7 @@ module qsmpm_user_adapter
 
 contains
 
-  !> State of a point at the origin.
+  !> Initialises the state of a point at the origin.
   subroutine start(self, stress, state)
     class(adapter_type), intent(in) :: self
     real(wp), intent(in) :: stress(6)
@@ -42,7 +42,7 @@ contains
     call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
   end subroutine start
 
-  !> What the deck says, lists it does not give empty, and the procedure in the library.
+  !> Takes the description of the deck, with empty lists where it gives none, and loads the procedure.
   subroutine take_user(adapter, user, name, error)
     class(adapter_type), intent(inout) :: adapter
     type(user_material_type), intent(in) :: user
@@ -61,14 +61,14 @@ contains
     call load_procedure(user%library, user%symbol, adapter%address, error)
   end subroutine take_user
 
-  !> Call a procedure of the model, its output to nowhere where that is wished; what the unit holds back is written
-  !> first. A model that has not returned, or has written beyond its arrays, is broken.
+  !> Calls a procedure of the model, without its output if requested; the unit's buffered output is written
+  !> first. A model that has not returned, or has written beyond its arrays, is rejected.
   subroutine call_model(adapter, address, caller, arguments, sizes, names, room, response)
     class(adapter_type), intent(in) :: adapter
-    !> The procedure, what calls it, and with what.
+    !> The procedure, the procedure that calls it, and its data.
     type(c_funptr), value :: address, caller
     type(c_ptr), value :: arguments
-    !> Sizes and names of the arrays the model is handed, the state first, and their room.
+    !> Sizes and names of the arrays passed to the model, the state first, and their buffer.
     integer, intent(in) :: sizes(:)
     character(len=*), intent(in) :: names(:)
     real(wp), intent(inout), target :: room(:)
@@ -99,11 +99,11 @@ contains
     response%message = response%message//', library '//adapter%user%library
   end subroutine call_model
 
-  !> A model that has changed an argument which only tells it something is broken: what it returns does not belong to
-  !> what it was asked.
+  !> Rejects a model that has changed an argument which is input only: its results may not correspond to
+  !> the input.
   pure subroutine check_arguments(adapter, sent, found, names, response)
     class(adapter_type), intent(in) :: adapter
-    !> What was passed, what stands there now, and how the arguments are called.
+    !> Values before and after the call, and names of the arguments.
     integer(c_int), intent(in) :: sent(:), found(:)
     character(len=*), intent(in) :: names(:)
     type(soil_response_type), intent(inout) :: response
@@ -118,9 +118,9 @@ contains
     end do
   end subroutine check_arguments
 
-  !> SDV1, SDV2, ... for the state variables of a model.
+  !> Returns SDV1, SDV2, ... for the state variables of a model.
   pure subroutine number_states(count, names)
-    !> How many.
+    !> Number of state variables.
     integer, intent(in) :: count
     !> Their names (count).
     type(string_type), allocatable, intent(out) :: names(:)
@@ -132,11 +132,11 @@ contains
     end do
   end subroutine number_states
 
-  !> Young's modulus and shear modulus: the deck's, or those nearest to the model's elastic tangent at the stress it
-  !> starts with; by differences where it has no answer to no strain.
+  !> Determines Young's modulus and shear modulus: from the deck, or from the model's elastic tangent at the initial
+  !> stress; by differences if the model fails at zero strain.
   subroutine ask_stiffness(adapter, young, poisson, stress, error)
     class(adapter_type), intent(inout) :: adapter
-    !> Young's modulus and Poisson's ratio of the deck, 0 where it has none.
+    !> Young's modulus and Poisson's ratio of the deck, 0 if not given.
     real(wp), intent(in) :: young, poisson
     !> Cauchy stress at the start (6).
     real(wp), intent(in) :: stress(6)
@@ -169,12 +169,12 @@ contains
       '; STIFFNESS= tells one')
   end subroutine ask_stiffness
 
-  !> A model whose stress changes with time alone is said to.
+  !> Adds an advice for a model whose stress changes with time alone.
   subroutine tell_flow(adapter, increment, before, after)
     class(adapter_type), intent(inout) :: adapter
     !> A step without strain.
     type(soil_increment_type), intent(in) :: increment
-    !> Stress and state at its start, one behind the other, and at its end.
+    !> Stress and state at its start, one after the other, and at its end.
     real(wp), intent(in) :: before(:), after(:)
     character(len=:), allocatable :: words
     integer :: what
@@ -188,7 +188,7 @@ contains
     adapter%advice = words
   end subroutine tell_flow
 
-  !> Whether stabilisation can be scaled by it.
+  !> Whether a stiffness can scale the stabilisation.
   pure logical function is_scale(stiffness)
     !> Young's modulus.
     real(wp), intent(in) :: stiffness
@@ -196,7 +196,7 @@ contains
     is_scale = ieee_is_finite(stiffness) .and. stiffness > 0.0_wp
   end function is_scale
 
-  !> Words for the stress at the start.
+  !> Text for the initial stress.
   pure function place_text(stress) result(text)
     !> Cauchy stress (6).
     real(wp), intent(in) :: stress(6)
@@ -207,7 +207,7 @@ contains
       rounded_text(stress(2))//', '//rounded_text(stress(3))
   end function place_text
 
-  !> Moduli of the isotropic material nearest to a tangent; zero where it is not positive.
+  !> Computes the moduli of the isotropic material closest to a tangent; zero where it is not positive.
   pure subroutine take_moduli(tangent, young, shear)
     !> d stress / d strain (6,6).
     real(wp), intent(in) :: tangent(6, 6)

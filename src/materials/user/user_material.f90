@@ -1,4 +1,4 @@
-!> What the user says of a material whose model is in a shared library, as plain data.
+!> Description of a user material, whose model is in a shared library, as plain data.
 module qsmpm_user_material
   use qsmpm_kinds, only: wp
   implicit none
@@ -6,56 +6,56 @@ module qsmpm_user_material
 
   public :: user_material_type, put_start
 
-  !> How the library is spoken to, numbered as in the deck's description.
+  !> Interfaces of the library, numbered as in the deck's description.
   integer, parameter, public :: interface_umat = 1, interface_udsm = 2
-  !> Which tangent the model is asked for: left to it, its consistent one, its elastic one, differences of its
+  !> Requested tangent: chosen by the model, its consistent tangent, its elastic tangent, finite differences of its
   !> stress.
   integer, parameter, public :: model_tangent_auto = 0, model_tangent_consistent = 1, model_tangent_elastic = 2, &
     model_tangent_numerical = 3
 
-  !> A user's material.
+  !> A user material.
   type :: user_material_type
     logical :: given = .false.
-    !> Whether the library may be loaded, that is run; else linear elasticity stands in for it.
+    !> Whether the library may be loaded and thus executed; otherwise it is replaced by linear elasticity.
     logical :: loads = .true.
     integer :: interface = interface_umat
     !> Shared library: path relative to the working directory or from the root.
     character(len=:), allocatable :: library
-    !> Name of the procedure without compiler's decoration, and (UDSM) number of the model.
+    !> Name of the procedure without the compiler's decoration, and (UDSM) number of the model.
     character(len=:), allocatable :: symbol
     integer :: model = 1
-    !> State variables; negative asks the model.
+    !> Number of state variables; if negative, the number is requested from the model.
     integer :: states = -1
     integer :: tangent = model_tangent_auto
     logical :: symmetric = .false.
     logical :: thread_safe = .false.
-    !> What the model writes to the standard output is not shown.
+    !> Whether standard output of the model is suppressed.
     logical :: silent = .false.
-    !> Its state variables are among the results.
+    !> Whether its state variables are written to the results.
     logical :: shows_state = .true.
-    !> Stress components that a UMAT is reported, 6 or 4.
+    !> Number of stress components passed to a UMAT, 6 or 4.
     integer :: components = 6
-    !> Young's modulus that scales stabilisation; 0 asks the model for its elastic tangent.
+    !> Young's modulus that scales the stabilisation; if 0, the model's elastic tangent is requested.
     real(wp) :: stiffness = 0.0_wp
-    !> UDSM: bulk modulus of the pore water over the porosity; 0 is drained.
+    !> UDSM: bulk modulus of the pore water divided by the porosity; 0 is drained.
     real(wp) :: undrained = 0.0_wp
-    !> Constants, and state variables at the start.
+    !> Constants, and initial state variables.
     real(wp), allocatable :: constants(:)
     real(wp), allocatable :: start(:)
-    !> Where they differ from place to place: along which axis (0 for nowhere), coordinates of the levels, rising, and
-    !> the variables there (state variable, level), linear between.
+    !> Initial state that varies with position: axis (0 for none), coordinates of the levels in ascending order, and
+    !> the variables at the levels (state variable, level), linear between them.
     integer :: along = 0
     real(wp), allocatable :: levels(:), profile(:, :)
   end type user_material_type
 contains
 
-  !> Put the state variables at the start that the deck gives for a place, as far as they go; beyond the levels those of
-  !> the nearest one.
+  !> Sets the initial state variables that the deck gives for a position; beyond the levels those of
+  !> the nearest level.
   pure subroutine put_start(user, place, state)
     type(user_material_type), intent(in) :: user
     !> Position (3).
     real(wp), intent(in) :: place(3)
-    !> State variables; those the deck does not give stay.
+    !> State variables; those not given in the deck are not changed.
     real(wp), intent(inout) :: state(:)
     real(wp) :: x, share
     integer :: k, n

@@ -1,4 +1,4 @@
-!> Makes the law of a material whose model is in a shared library, or of what stands in for it where the library may not
+!> Makes the law of a material whose model is in a shared library, or of its placeholder where the library may not
 !> be loaded.
 module qsmpm_user_material_law
   use qsmpm_user_adapter, only: adapter_type, ask_stiffness, number_states
@@ -17,11 +17,11 @@ module qsmpm_user_material_law
 
   public :: new_user_law
 
-  !> Poisson's ratio where the deck has none, and Young's modulus.
+  !> Poisson's ratio and Young's modulus where the deck gives none.
   real(wp), parameter :: usual_poisson = 0.25_wp, any_young = 1.0_wp
 
-  !> Stands in for the model of a library that is not loaded: linear elasticity with the state variables and the
-  !> stiffness that the deck tells. It serves to mesh, seed and plan a deck; nothing is to be computed with it.
+  !> Placeholder for the model of a library that is not loaded: linear elasticity with the state variables and the
+  !> stiffness of the deck. It is used to mesh, seed and plan a deck; no results may be computed with it.
   type, extends(soil_model_type) :: placeholder_model_type
     !> d stress / d strain (6,6).
     real(wp), private :: stiffness(6, 6) = 0.0_wp
@@ -32,19 +32,19 @@ module qsmpm_user_material_law
 
 contains
 
-  !> Load the model and make a law of it.
+  !> Loads the model and makes its law.
   subroutine new_user_law(user, name, young, poisson, stress, dimension, law, error)
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
-    !> Young's modulus and Poisson's ratio that scale stabilisation, 0 for none.
+    !> Young's modulus and Poisson's ratio that scale the stabilisation, 0 for none.
     real(wp), intent(in) :: young, poisson
-    !> Cauchy stress that the material starts with, or one like it (6).
+    !> Initial Cauchy stress of the material, or a representative one (6).
     real(wp), intent(in) :: stress(6)
     !> 2 or 3.
     integer, intent(in) :: dimension
     class(law_type), allocatable, intent(out) :: law
-    !> error_user_material: why there is none.
+    !> error_user_material: reason for the failure.
     type(error_type), allocatable, intent(out) :: error
     class(adapter_type), allocatable :: adapter
     type(placeholder_model_type) :: placeholder_model
@@ -62,7 +62,7 @@ contains
     end if
   end subroutine new_user_law
 
-  !> The law of a model.
+  !> Makes the law of a model.
   subroutine adapt(model, name, dimension, law)
     class(soil_model_type), intent(in) :: model
     !> Name of the material.
@@ -78,7 +78,7 @@ contains
     call move_alloc(soil, law)
   end subroutine adapt
 
-  !> Load the library.
+  !> Loads the library.
   subroutine load_model(user, name, dimension, adapter, error)
     type(user_material_type), intent(in) :: user
     !> Name of the material.
@@ -86,7 +86,7 @@ contains
     !> 2 or 3.
     integer, intent(in) :: dimension
     class(adapter_type), allocatable, intent(out) :: adapter
-    !> error_user_material: why there is none.
+    !> error_user_material: reason for the failure.
     type(error_type), allocatable, intent(out) :: error
     type(umat_type), allocatable :: umat
     type(udsm_type), allocatable :: udsm
@@ -104,12 +104,12 @@ contains
     end if
   end subroutine load_model
 
-  !> What the deck says fits the model.
+  !> Checks that the description of the deck is consistent with the model.
   subroutine check_fit(user, states, dimension, error)
     type(user_material_type), intent(in) :: user
     !> State variables of the model; 2 or 3.
     integer, intent(in) :: states, dimension
-    !> error_deck: why not.
+    !> error_deck: reason for the rejection.
     type(error_type), allocatable, intent(out) :: error
 
     if (dimension == 3 .and. user%interface == interface_umat .and. user%components < 6) then
@@ -120,11 +120,11 @@ contains
     end if
   end subroutine check_fit
 
-  !> A model in place of that of a library.
+  !> Makes the placeholder for the model of a library.
   pure subroutine make_placeholder_model(user, young, poisson, model)
-    !> What the deck says of the library's.
+    !> Description of the library's model in the deck.
     type(user_material_type), intent(in) :: user
-    !> Of the deck's *ELASTIC, 0 without.
+    !> Values of the deck's *ELASTIC, 0 if not given.
     real(wp), intent(in) :: young, poisson
     type(placeholder_model_type), intent(out) :: model
     real(wp) :: modulus, ratio
@@ -146,7 +146,7 @@ contains
     end do
   end subroutine make_placeholder_model
 
-  !> No state.
+  !> Initialises the state with zeros.
   subroutine start(self, stress, state)
     class(placeholder_model_type), intent(in) :: self
     real(wp), intent(in) :: stress(6)
@@ -155,7 +155,7 @@ contains
     state = 0.0_wp
   end subroutine start
 
-  !> Linear elasticity.
+  !> Updates a point by linear elasticity.
   subroutine update(self, increment, stress, state, response)
     class(placeholder_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
