@@ -155,8 +155,8 @@ contains
   function blurred_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
-    !> Relative error of a factor times the number of cells, for a slope and a vertical cut; errors from which a note and
-    !> a warning are given.
+    !> Relative error of a factor times the number of cells, for a slope and a vertical cut; thresholds of a note and
+    !> of a warning.
     real(wp), parameter :: excess(2) = [0.3_wp, 0.9_wp], told = 0.05_wp, much_too_high = 0.1_wp
     real(wp) :: way(model%state%points%count), height(model%state%points%count), cells, sums(2), most
     logical :: far(model%state%points%count)
