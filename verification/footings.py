@@ -41,7 +41,7 @@ Y, -2, 0, {above}
 {stiffness}, 0.3
 *MOHR COULOMB
 {strength}
-{weight}*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX
+{profile}{weight}*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX
 0, {width}, -5, 0
 *HISTORY, NAME=reaction, QUANTITY=REACTION, COMPONENT=Y, NSET=plate, SCALE=-1
 {ground}*PHASE, NAME=push
@@ -68,10 +68,14 @@ far, X
 """
 # Force on half the footing: the exact pressure times the half width, in axisymmetry (per radian) times R^2/2. Circles: Cox, Eason and
 # Hopkins (1961), Eason and Shield (1960). Rough, with weight and cohesion: the middle of 15.62 and 15.91, by `tools/qsmpm-verify bounds
-# output/footings/strip_rough_weight_phi30_4.inp --phase push --passes 6` (the sum of N_gamma and N_c is 15.06).
+# output/footings/strip_rough_weight_phi30_4.inp --phase push --passes 6` (the sum of N_gamma and N_c is 15.06). Clay whose strength
+# increases with depth, k B/s_u = 4: the middle of 7.813 and 7.877 (smooth), of 9.118 and 9.258 (rough), by `tools/qsmpm-verify bounds
+# output/footings/strip_smooth_clay_kBs4_8.inp --phase push --passes 5` after a run with --cells 8.
 FOOTINGS = {
     "strip, smooth, clay": ("plane", "1, 0, 0", False, bearing.prandtl_footing(1.0)),
     "strip, rough, clay": ("plane", "1, 0, 0", True, bearing.prandtl_footing(1.0)),
+    "strip, smooth, clay, k B/s = 4": ("rising", "1, 0, 0", False, 7.845),
+    "strip, rough, clay, k B/s = 4": ("rising", "1, 0, 0", True, 9.188),
     "strip, smooth, phi 25": ("plane", "1, 25, 25", False, bearing.bearing_nc(25.0)),
     "strip, rough, phi 25": ("plane", "1, 25, 25", True, bearing.bearing_nc(25.0)),
     "strip, smooth, weight, phi 30": ("weight", "0.01, 30, 30", False, bearing.bearing_capacity_smooth(30.0, 0.01, 0.0, 1.0, 2.0)),
@@ -88,6 +92,7 @@ def deck_of(kind: str, strength: str, rough: bool, cells: int) -> str:
     return DECK.format(
         model="AXISYMMETRIC" if kind == "circle" else "PLANE STRAIN", near=3 * cells, width=width, cells=3 * cells, growth=3, below=2 * cells, above=2 * cells,
         stiffness=1e7 if kind == "weight" else 1e6 * cohesion, strength=strength, weight="*UNIT WEIGHT\n1\n" if kind == "weight" else "", ground=GROUND if kind == "weight" else "",
+        profile="*STRENGTH PROFILE, STIFFNESS RATIO=1e6\n0, 1, 2\n" if kind == "rising" else "",
         rough="plate, X\n" if rough else "", settlement=-0.00001 if kind == "weight" else -0.0001,
     )  # fmt: skip
 
@@ -117,7 +122,7 @@ def main() -> int:
     print("\n".join(lines))
     for footing in asked.footings:
         kind, strength, rough, pressure = FOOTINGS[footing]
-        name = footing.replace(", ", "_").replace(" ", "") + f"_{asked.cells}"
+        name = footing.replace(", ", "_").translate(str.maketrans("", "", " /=")) + f"_{asked.cells}"
         last, largest, seconds, note = run(asked.binary.resolve(), name, deck_of(kind, strength, rough, asked.cells))
         exact = pressure * (0.5 if kind == "circle" else 1.0)
         lines.append(f"| {footing} | {exact:.4g} | {last:.4g} | {largest:.4g} | {last / exact - 1.0:+.1%} | {seconds:.1f} | {note} |")

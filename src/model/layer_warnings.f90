@@ -155,7 +155,7 @@ contains
     text = ''
     figures = 'by 24, 10 and 4 % along a weak seam of one, two and three cells'
     if (analysis%mesh%kind == mesh_fitted) then
-      figures = 'by 2 % along a weak seam of one cell in a body-fitted mesh'
+      figures = 'by 2 % along a weak seam of one cell in a body-fitted mesh, by more along a thinner one'
     else if (cuts) then
       figures = 'by 56 and 22 % along a weak seam of one and two cells that is not parallel to grid lines'
     end if
