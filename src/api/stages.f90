@@ -492,19 +492,11 @@ contains
     type(analysis_type), intent(inout) :: scene
     type(model_type), intent(inout) :: model
     type(law_slot_type), allocatable :: laws(:)
-    integer :: m
 
     if (size(scene%materials) <= number) return
     call shorten(number, scene)
     call shorten(number, model%analysis)
-    allocate (laws(number))
-    do m = 1, number
-      call move_alloc(model%laws(m)%law, laws(m)%law)
-      laws(m)%pressure_factor = model%laws(m)%pressure_factor
-      laws(m)%factors = model%laws(m)%factors
-      laws(m)%flows = model%laws(m)%flows
-      laws(m)%confinement = model%laws(m)%confinement
-    end do
+    allocate (laws(number), source=model%laws(:number))
     call move_alloc(laws, model%laws)
   end subroutine drop_materials
 

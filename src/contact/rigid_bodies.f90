@@ -342,8 +342,7 @@ contains
           ! Contact is formulated in total stresses of undrained soil.
           if (material%undrained%given .and. material%friction_angle > 0.0_wp) call add_diagnostic(diagnostics, where, &
             '*CONTACT', "INTERFACE requires s_u of undrained material '"//material%name//"', which is a result "// &
-            "with a "// &
-            'friction angle: give ADHESION, or c = s_u and phi = 0')
+            'with a friction angle: give ADHESION, or c = s_u and phi = 0')
         end associate
       end do
     end do

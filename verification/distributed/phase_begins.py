@@ -106,7 +106,7 @@ def same_as_alone(place: Place, name: str, deck: str) -> None:
     shared = place.run("qsmpm-mpi", deck, f"{name}-3", ranks=3)
     apart = distance(alone, shared)
     expect(apart <= SAME, f"{name}: {apart:.1e} from one process")
-    words = ("made even", "corrected for", "initial stress of", "nodes,", "grid of", "reads material point", "strength from", "lies outside", "starts from")
+    words = ("averaged in cells", "corrected for", "initial stress of", "nodes,", "grid of", "reads material point", "strength from", "lies outside", "starts from")
     said = [[line.split("; ")[-1] for line in run.log.splitlines() if any(word in line for word in words)] for run in (alone, shared)]
     expect(said[0] == said[1] and any("starts from" in line for line in said[0]), f"{name}: {said}")
 

@@ -231,13 +231,19 @@ contains
     class(simulation_type), allocatable :: run, straight
     class(snapshot_type), allocatable :: snapshot
     type(error_type), allocatable :: error
+    real(wp), parameter :: resistances(2) = [0.0_wp, 0.3_wp]
 
     allocate (run, straight, snapshot)
     call begin(run, '', weight)
     call run%run(error)
     call run%checkpoint(snapshot, error)
     call go_on(tests, run, replaced(hard, '4e4', '9e4')//dig//grout)
+    ! As of soil on splines, whose cells have one pressure in a search alone.
+    run%model%laws(1)%factors = resistances
     call run%restore_checkpoint(snapshot, error)
+    call tests%check('the soil that stays keeps its treatment of locking', &
+      all(abs(run%model%laws(1)%factors - resistances) <= 0.0_wp))
+    run%model%laws(1)%factors = -1.0_wp
     call tests%check('materials and phases are forgotten', &
       size(run%scene%materials) == 1 .and. size(run%model%laws) == 1 &
       .and. size(run%model%analysis%materials) == 1 .and. size(run%scene%phases) == 1)
