@@ -25,6 +25,7 @@ ENVIRONMENT = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"
                "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
                "OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
 CPU_SECONDS = int(os.environ.get("QSMPM_CHECK_SECONDS", "120"))
+WALL_FACTOR = 5.0
 
 
 def pit_on_squares() -> str:
@@ -90,7 +91,8 @@ class Place:
         words: list[str | pathlib.Path] = ["mpirun", "-n", str(ranks)] if ranks else []
         words += [self.build / program, "run", path, "--out", folder, "--profile", "--quiet"]
         words += ["--restart", restart] if restart else []
-        done = run_limited(words, seconds, self.work, {**ENVIRONMENT, **more}, wall=wall)
+        # Ranks that wait for one that was lost use no CPU time.
+        done = run_limited(words, seconds, self.work, {**ENVIRONMENT, **more}, wall=WALL_FACTOR * seconds if wall is None else wall)
         said = done.output + done.errors
         expect(code is None or done.code == code, f"{name}: {done.how}\n{said}")
         return Run(folder, done.code, said, done.cpu)
