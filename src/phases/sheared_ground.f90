@@ -3,7 +3,7 @@
 !> initial geometry. The search may also take place on the background grid, after distortion of the body-fitted mesh.
 !> Further warnings concern soil dilated beyond what is possible, and flow rules without a unique load at failure.
 module qsmpm_sheared_ground
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: pi, wp
   use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_background_in_use, only: is_at_start
   use qsmpm_kept_arrays, only: is_kept, kept_values
@@ -40,6 +40,7 @@ module qsmpm_sheared_ground
   real(wp), parameter :: swollen = 1.5_wp
   !> Plastic shear strain of failing soil, and ratio of tan(phi) after Davis below which it is reported.
   real(wp), parameter :: fails = 1.0e-2_wp, less = 0.95_wp
+  real(wp), parameter :: radian = pi/180.0_wp
 
 contains
 
@@ -342,28 +343,33 @@ contains
     text = 'flows at psi = '//rounded_text(law%dilatancy_angle, 3)//text
   end function flow_text
 
-  !> Returns a note on the soil because of whose flow rule the factor of safety is not unique; empty where there is
-  !> none.
+  !> Returns a note on the soil because of whose flow rule the factor of safety is not unique, with the lowest value
+  !> after Davis (1968); empty where there is none. His factor is b times that of associated flow, which is not below
+  !> the one found.
   function factor_note(model, flow) result(text)
     type(model_type), intent(in) :: model
     !> Flow rule of the search.
     integer, intent(in) :: flow
     character(len=:), allocatable :: text
     type(law_description_type) :: law
-    real(wp) :: cohesion, friction
+    real(wp) :: cohesion, friction, b
+    logical :: otherwise
     integer :: m, number
 
     text = ''
+    b = 1.0_wp
     number = model%state%progress%phase
     if (flow /= flow_material) return
     do m = 1, size(model%analysis%materials)
       associate (soil => model%analysis%materials(m))
-        if (.not. flows_otherwise(soil, law, cohesion, friction)) cycle
         if (.not. any(bodies_active(model%analysis, number) .and. body_materials(model%analysis, number) == m)) cycle
-        text = "'"//soil%name//"' "//flow_text(law)//': the factor is then not unique'
-        if (law%friction_angle > 0.0_wp) text = text//', by some per cent; FLOW=DAVIS A of *SAFETY gives the lowest'
-        return
+        otherwise = flows_otherwise(soil, law, cohesion, friction)
+        if (law%friction_angle > 0.0_wp) b = min(b, tan(radian*friction)/tan(radian*law%friction_angle))
+        if (otherwise .and. len(text) == 0) text = "'"//soil%name//"' "//flow_text(law)// &
+          ': the factor is then not unique'
       end associate
     end do
+    if (len(text) > 0 .and. b < 1.0_wp) text = text//'; after Davis it may be as low as '// &
+      rounded_text(b*model%state%progress%bracket%stable, 4)//', which FLOW=DAVIS A of *SAFETY computes'
   end function factor_note
 end module qsmpm_sheared_ground
