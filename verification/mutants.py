@@ -462,7 +462,7 @@ def planted(text: str, mutants: list[Mutant]) -> tuple[str, list[tuple[int, int,
         out += new
         at = mutant.statement.last + 1
     out += lines[at - 1:]
-    head = next(i for i, line in enumerate(out) if re.match(r"module\s+\w+\s*$", line))
+    head = next(i for i, line in enumerate(out) if re.match(r"(module|submodule \(\w+\))\s+\w+\s*$", line))
     out.insert(head + 1, "  use qsmpm_mutant_switch, only: mutant_on, mutant_pick")
     return "\n".join(out) + "\n", [(first + 1, last + 1, number) for first, last, number in where]
 
