@@ -471,7 +471,8 @@ contains
         number_type('stable_factor', real=bracket%stable), number_type('lost_factor', real=bracket%lost), &
         (number_type('lost_factor_above_'//integer_text(i), real=bracket%lost_above(i)), &
         i=1, size(bracket%lost_above)), &
-        number_type('factor_increment', real=bracket%increment), number_type('stopped', yes=p%stopped), &
+        number_type('factor_increment', real=bracket%increment), &
+        number_type('factor_compliance', real=bracket%compliance), number_type('stopped', yes=p%stopped), &
         number_type('ends', yes=has_ends), number_type('first_compliance', real=limit%first), &
         number_type('last_compliance', real=limit%last), number_type('last_middle', real=limit%middle), &
         number_type('refused', real=limit%refused), number_type('refused_compliance', real=limit%refused_compliance), &

@@ -37,10 +37,11 @@ module qsmpm_safety_search
   !> Largest number of stable factors of a search.
   integer, parameter :: most_factors = 100
   !> Largest number of sub-steps for a mechanism.
-  integer, parameter :: most_substeps = 30
+  integer, parameter :: most_substeps = 40
   !> A body fails if the damping force remains at least at this share of its maximum while the displacement grows by
-  !> this factor.
-  real(wp), parameter :: as_much = 0.9_wp, much_longer = 2.0_wp
+  !> `much_longer`, and beyond `far` times that expected from the last stable trial; or at least at half of it beyond
+  !> `very_far` times. The displacement of a soft body is large where it finds equilibrium, too.
+  real(wp), parameter :: as_much = 0.9_wp, half = 0.5_wp, much_longer = 2.0_wp, far = 3.0_wp, very_far = 5.0_wp
   !> Number of sub-steps in which the stabilisation is reduced, and before which nothing is assessed unless the
   !> displacement is large.
   integer, parameter :: most_fades = 3
@@ -136,8 +137,8 @@ contains
         if (lost > 0.0_wp .and. .not. lost > factor) call observer%note('equilibrium at strength/'// &
           rounded_text(factor, 6)//' found from the state at the last stable factor: the search continues from it')
       end associate
-      call note_stable(factor, outcome%static .and. outcome%static_iterations <= search%controls%few_iterations, &
-        model%state%progress%bracket)
+      call note_stable(factor, record%displacement, outcome%static .and. outcome%static_iterations <= &
+        search%controls%few_iterations, model%state%progress%bracket)
       return
     end if
     call set_strength(model, before)
@@ -319,13 +320,16 @@ contains
     type(solution_type) :: solution
     type(controls_type) :: given
     type(attempt_type) :: attempt
-    real(wp) :: move, way(most_substeps), drag(most_substeps)
+    real(wp) :: move, expected, way(most_substeps), drag(most_substeps)
     integer :: substep, n
 
     moved = .false.
     gives_way = .false.
     n = 0
     move = controls%largest_move*model%cell_size
+    associate (bracket => model%state%progress%bracket)
+      expected = bracket%compliance*(bracket%lost - bracket%stable)
+    end associate
     given = controls
     given%in_place = .true.
     associate (fraction => model%state%progress%fraction)
@@ -356,7 +360,7 @@ contains
           n = n + 1
           way(n) = sum(way(max(1, n - 1):n - 1)) + solution%largest_move
           drag(n) = damping%share
-          gives_way = goes_on(move, way(:n), drag(:n))
+          gives_way = goes_on(move, expected, way(:n), drag(:n))
           if (gives_way) return
         else
           call damp_more(damping)
@@ -366,16 +370,20 @@ contains
   end subroutine give_way
 
   !> Returns whether the damping force was maintained while the displacement grew by a large factor, or beyond the
-  !> largest move of a step.
-  pure logical function goes_on(move, way, drag)
-    !> d; displacement and share of the damping after each sub-step.
-    real(wp), intent(in) :: move, way(:), drag(:)
+  !> largest move of a step, and far beyond the one expected.
+  pure logical function goes_on(move, expected, way, drag)
+    !> d; displacement expected from the last stable trial; displacement and share of the damping after each sub-step.
+    real(wp), intent(in) :: move, expected, way(:), drag(:)
+    real(wp) :: least
     integer :: n, first
 
     n = size(way)
     first = merge(count(way*much_longer <= way(n)), 0, n > most_fades)
     if (way(n) > move .and. n > 1) first = max(1, first)
     goes_on = .false.
-    if (first > 0) goes_on = minval(drag(first:n)) > 0.0_wp .and. drag(n) >= as_much*maxval(drag(first:n))
+    if (first == 0 .or. way(n) < far*expected) return
+    least = as_much
+    if (way(n) > very_far*expected .and. expected > 0.0_wp) least = half
+    goes_on = minval(drag(first:n)) > 0.0_wp .and. drag(n) >= least*maxval(drag(first:n))
   end function goes_on
 end module qsmpm_safety_search

@@ -11,7 +11,8 @@
 !>
 !> If a lost factor is exceeded by a stable one, the next lost factor above becomes the upper end of the bracket.
 !> Failure to find an equilibrium does not show that there is none: the upper end is confirmed where the body fails
-!> there, with a displacement that grows under a constant damping force (qsmpm_safety_search).
+!> there, with a displacement that grows far beyond that of the last stable trial under a damping force that
+!> remains (qsmpm_safety_search).
 !>
 !> For soil that hardens, or may harden, an equilibrium may be found from a close factor but not from a distant one.
 !> Where the search must make sure, the lost factor of a narrow bracket is tried again from the stable one, and the
@@ -46,6 +47,8 @@ module qsmpm_safety_bracket
     logical :: from_stable = .false.
     !> The body failed at the lost factor with a mechanism.
     logical :: mechanism = .false.
+    !> Displacement of the last stable trial per increase of F; 0 for the first one.
+    real(wp) :: compliance = 0.0_wp
     !> Lost factors above the smallest one, ascending, 0 for none.
     real(wp) :: lost_above(remembered) = 0.0_wp
   end type bracket_type
@@ -74,8 +77,9 @@ contains
   end function next_factor
 
   !> Records a factor with equilibrium.
-  pure subroutine note_stable(factor, easy, bracket)
-    real(wp), intent(in) :: factor
+  pure subroutine note_stable(factor, displacement, easy, bracket)
+    !> F, and the displacement of the trial.
+    real(wp), intent(in) :: factor, displacement
     !> The equilibrium was found in few iterations.
     logical, intent(in) :: easy
     type(bracket_type), intent(inout) :: bracket
@@ -87,6 +91,9 @@ contains
     end if
     if (factor >= far_factor .and. .not. bracket%lost > 0.0_wp) bracket%increment = max(bracket%increment, &
       least_share*factor)
+    bracket%compliance = 0.0_wp
+    if (bracket%stable > 0.0_wp .and. factor > bracket%stable) &
+      bracket%compliance = displacement/(factor - bracket%stable)
     bracket%stable = factor
     bracket%from_stable = .false.
     bracket%mechanism = .false.

@@ -33,8 +33,8 @@ module qsmpm_observer
     integer :: equations = 0
     !> Error due to the length of the step, as a share; 0 where it was not requested.
     real(wp) :: step_error = 0.0_wp
-    !> Largest nodal displacement of the step.
-    real(wp) :: largest_move = 0.0_wp
+    !> Largest nodal displacement of a solve of the step, and their sum.
+    real(wp) :: largest_move = 0.0_wp, displacement = 0.0_wp
     !> Soil inside rigid bodies, and separated from them.
     type(penetration_type) :: penetration
     !> Requested histories in the order of the deck.

@@ -129,6 +129,7 @@ contains
       record%share_place = solution%share_place
       call add_compliance(solution%compliance, record%compliance)
       record%largest_move = max(record%largest_move, solution%largest_move)
+      record%displacement = record%displacement + solution%largest_move
       call reject_compliant(controls, record%compliance, model%state%progress%limit, outcome)
     else
       record%rejected = record%rejected + 1

@@ -49,7 +49,7 @@ contains
       factor = next_factor(bracket, tolerance)
       tried = [tried, factor]
       if (factor <= critical .and. (factor - bracket%stable <= near .or. .not. bracket%stable > 0.0_wp)) then
-        call note_stable(factor, easy, bracket)
+        call note_stable(factor, 0.0_wp, easy, bracket)
       else
         call note_lost(factor, bracket)
       end if
@@ -71,10 +71,10 @@ contains
     real(wp), parameter :: width = 0.005_wp
     integer :: i
 
-    call note_stable(1.0_wp, .false., bracket)
+    call note_stable(1.0_wp, 0.0_wp, .false., bracket)
     do i = 1, 20
       call note_lost(next_factor(bracket, width), bracket)
-      call note_stable(bracket%lost, .false., bracket)
+      call note_stable(bracket%lost, 0.0_wp, .false., bracket)
     end do
     call tests%check('factors that are settled one by one lie apart by the width', &
       next_factor(bracket, width) - bracket%stable >= width*(1.0_wp - rounding))
@@ -158,33 +158,33 @@ contains
     type(bracket_type) :: bracket
     integer :: i
 
-    call note_stable(1.25_wp, .false., bracket)
+    call note_stable(1.25_wp, 0.0_wp, .false., bracket)
     call note_lost(1.475_wp, bracket)
     call note_lost(1.3625_wp, bracket)
-    call note_stable(1.3_wp, .false., bracket)
+    call note_stable(1.3_wp, 0.0_wp, .false., bracket)
     call tests%close('the smallest lost factor is the end', bracket%lost, 1.3625_wp, rounding)
     bracket%mechanism = .true.
-    call note_stable(1.31_wp, .false., bracket)
+    call note_stable(1.31_wp, 0.0_wp, .false., bracket)
     call tests%check('a mechanism is shown anew after a factor that is stable', .not. bracket%mechanism)
     bracket%mechanism = .true.
     call note_lost(1.36_wp, bracket)
     call tests%check('and after one that is lost', .not. bracket%mechanism)
-    call note_stable(1.36_wp, .false., bracket)
-    call note_stable(1.4_wp, .false., bracket)
+    call note_stable(1.36_wp, 0.0_wp, .false., bracket)
+    call note_stable(1.4_wp, 0.0_wp, .false., bracket)
     call tests%close('that before it where a larger one is stable', bracket%lost, 1.475_wp, rounding)
-    call note_stable(1.5_wp, .false., bracket)
+    call note_stable(1.5_wp, 0.0_wp, .false., bracket)
     call tests%close('none where all are passed', bracket%lost, 0.0_wp, rounding)
     call note_lost(1.6_wp, bracket)
-    call note_stable(1.7_wp, .false., bracket)
+    call note_stable(1.7_wp, 0.0_wp, .false., bracket)
     call tests%close('and none that was passed before', bracket%lost, 0.0_wp, rounding)
     do i = 1, 5
       call note_lost(2.4_wp - 0.1_wp*i, bracket)
     end do
-    call note_stable(1.95_wp, .false., bracket)
+    call note_stable(1.95_wp, 0.0_wp, .false., bracket)
     call tests%close('one of several that were lost is passed', bracket%lost, 2.0_wp, rounding)
-    call note_stable(2.15_wp, .false., bracket)
+    call note_stable(2.15_wp, 0.0_wp, .false., bracket)
     call tests%close('two at once', bracket%lost, 2.2_wp, rounding)
-    call note_stable(2.25_wp, .false., bracket)
+    call note_stable(2.25_wp, 0.0_wp, .false., bracket)
     call tests%close('and so on', bracket%lost, 2.3_wp, rounding)
   end subroutine check_mistaken
 
