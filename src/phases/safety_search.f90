@@ -22,7 +22,7 @@ module qsmpm_safety_search
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_safety_bracket, only: bracket_text, is_closed, next_factor, note_lost, note_stable
   use qsmpm_safety_factors, only: add_factor
-  use qsmpm_sheared_ground, only: blurred_note, factor_note, spot_note
+  use qsmpm_sheared_ground, only: blurred_note, factor_note, moved_note, spot_note
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
     is_balanced, is_beyond_help, is_dampable, static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
@@ -208,6 +208,8 @@ contains
       if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
         'the factor depends on the grid: `qsmpm-verify study DECK --history F` gives it with its discretisation error')
       note = factor_note(model, phase%safety%flow)
+      if (progress%bracket%lost > 0.0_wp .and. len(note) > 0) call observer%tell_result(note)
+      note = moved_note(model)
       if (progress%bracket%lost > 0.0_wp .and. len(note) > 0) call observer%tell_result(note)
       if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%lost > 1.0_wp) call observer%note("warning: "// &
         "phase '"//phase%name//"': the factor is below 1, yet the phase before carried its loads with the full "// &

@@ -25,7 +25,7 @@ module qsmpm_sheared_ground
   implicit none
   private
 
-  public :: blurred_note, factor_note, fallen_note, flow_notes, loaded_spot_note, sheared_note, spot_note, &
+  public :: blurred_note, factor_note, fallen_note, flow_notes, loaded_spot_note, moved_note, sheared_note, spot_note, &
     swollen_note, worn_note
 
   !> Plastic shear strain of failed soil: stable soil has at most a tenth of it, even where it yields. Share of the
@@ -342,6 +342,27 @@ contains
     if (law%friction_angle > 0.0_wp) text = ' below phi = '//rounded_text(law%friction_angle, 3)
     text = 'flows at psi = '//rounded_text(law%dilatancy_angle, 3)//text
   end function flow_text
+
+  !> Returns the note that the ground has moved so far since the deck that the factor of safety is that of another shape:
+  !> a slope that settles by 1 % of the height of the ground has a factor about 2 % higher. Empty otherwise.
+  function moved_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    !> Displacement from which it is given, relative to the height of the ground.
+    real(wp), parameter :: far = 0.01_wp
+    real(wp) :: way, height
+
+    text = ''
+    associate (points => model%state%points, team => model%part%team)
+      associate (own => own_of(model%part%points, points%count), up => points%position(vertical_of(model%analysis), :))
+        way = largest(team, maxval([0.0_wp, pack(norm2(points%position - points%initial_position, dim=1), own)]))
+        height = largest(team, maxval(up, mask=own)) - smallest(team, minval(up, mask=own))
+      end associate
+    end associate
+    if (way > far*height) text = 'the factor is that of the deformed ground, which has moved by up to '// &
+      rounded_text(way, 3)//', '//rounded_text(100.0_wp*way/height, 2)//' % of its height: in the geometry of '// &
+      'the deck it may be lower by some per cent; stiffer soil shows it'
+  end function moved_note
 
   !> Returns a note on the soil because of whose flow rule the factor of safety is not unique, with the lowest value
   !> after Davis (1968); empty where there is none. His factor is b times that of associated flow, which is not below

@@ -23,7 +23,7 @@ module test_penetration
   use qsmpm_rigid_bodies, only: keep_rigid_body, placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
   use qsmpm_strength_factor, only: flow_davis_a, flow_material
-  use qsmpm_sheared_ground, only: factor_note, fallen_note, flow_notes, loaded_spot_note, sheared_note, spot_note, &
+  use qsmpm_sheared_ground, only: factor_note, fallen_note, flow_notes, loaded_spot_note, moved_note, sheared_note, spot_note, &
     swollen_note
   use qsmpm_team, only: team_type
   use deck_samples, only: joined
@@ -523,6 +523,11 @@ contains
       call tests%check('which is at least cos(30) of it', index(factor_note(model, flow_material), &
         'not unique; after Davis it may be as low as 1.039') > 0)
       call tests%check('not that of the strength of Davis', len(factor_note(model, flow_davis_a)) == 0)
+      call tests%check('ground that has hardly moved', len(moved_note(model)) == 0)
+      model%state%points%initial_position(2, :) = model%state%points%initial_position(2, :) + 0.1_wp
+      call tests%check('ground that has settled by 0.1; found: '//moved_note(model), &
+        index(moved_note(model), 'deformed ground, which has moved by up to 0.1') > 0)
+      model%state%points%initial_position(2, :) = model%state%points%initial_position(2, :) - 0.1_wp
       soil%undrained%given = .true.
       call tests%check('undrained soil', len(flow_notes(model)) == 0)
       call tests%check('whose factor is the only one', len(factor_note(model, flow_material)) == 0)
