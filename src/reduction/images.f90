@@ -45,12 +45,10 @@ contains
     do s = size(expansion%steps), 1, -1
       before = images
       select case (expansion%steps(s)%kind)
-      case (reduce_prismatic)
-        call undo_prismatic(expansion%steps(s), before, images)
+      case (reduce_prismatic, reduce_column)
+        call undo_repeated(expansion%steps(s), before, images)
       case (reduce_revolved)
         call undo_revolved(expansion%steps(s), before, images)
-      case (reduce_column)
-        call undo_column(expansion%steps(s), before, images)
       case (reduce_mirror)
         call undo_mirror(expansion%steps(s), before, images)
       end select
@@ -178,44 +176,50 @@ contains
     end do
   end function brick_counts
 
-  !> Generates layers through the thickness.
-  subroutine undo_prismatic(step, flat, images)
+  !> Repeats points along the axis of the step: in layers through the thickness, or from column to column. Nothing moves
+  !> along the axis, so that the positions in the column apply to all.
+  subroutine undo_repeated(step, few, images)
     type(reduction_type), intent(in) :: step
-    !> Points of the plane.
-    type(image_list_type), intent(in) :: flat
+    !> Points of the plane or of the column.
+    type(image_list_type), intent(in) :: few
     !> Points of the scene.
     type(image_list_type), intent(out) :: images
     integer, allocatable :: source(:), cells(:)
-    real(wp), allocatable :: share(:), z(:)
-    integer :: i, k, l, n, counts(3), place(4)
+    real(wp), allocatable :: share(:), x(:)
+    real(wp) :: width
+    integer :: i, k, l, n, counts(3), few_counts(3), place(4)
 
     counts = brick_counts(step%lines)
+    few_counts = counts
+    few_counts(step%axis) = 1
     n = 0
-    do i = 1, flat%points%count
-      n = n + counts(3)*size(step%layers(flat%points%body(i))%place)
+    do i = 1, few%points%count
+      n = n + counts(step%axis)*size(step%layers(few%points%body(i))%place)
     end do
-    allocate (source(n), cells(n), share(n), z(n))
+    allocate (source(n), cells(n), share(n), x(n))
     n = 0
-    associate (lines => step%lines(3)%lines)
-      do i = 1, flat%points%count
-        associate (layers => step%layers(flat%points%body(i)))
-          place = cell_place(flat%points%cell(i), step%pieces, [counts(1:2), 1])
-          do k = 1, counts(3)
+    associate (a => step%axis, lines => step%lines(step%axis)%lines)
+      ! The volumes of a column are those of its width, those of a plane of the unit thickness.
+      width = merge(1.0_wp, lines(2) - lines(1), step%kind == reduce_prismatic)
+      do i = 1, few%points%count
+        place = cell_place(few%points%cell(i), step%pieces, few_counts)
+        associate (layers => step%layers(few%points%body(i)))
+          do k = 1, counts(a)
+            place(a + 1) = k - 1
             do l = 1, size(layers%place)
               n = n + 1
               source(n) = i
-              share(n) = layers%share(l)*(lines(k + 1) - lines(k))
-              z(n) = lines(k) + layers%place(l)*(lines(k + 1) - lines(k))
-              place(4) = k - 1
+              share(n) = layers%share(l)*((lines(k + 1) - lines(k))/width)
+              x(n) = lines(k) + layers%place(l)*(lines(k + 1) - lines(k))
               cells(n) = cell_number(place, step%pieces, counts)
             end do
           end do
         end associate
       end do
+      call replicate(few, source, share, cells, images)
+      call map_coordinate(images, a, lines(1), x, merge(0.0_wp, share, step%kind == reduce_prismatic))
     end associate
-    call replicate(flat, source, share, cells, images)
-    call map_coordinate(images, 3, 0.0_wp, z, spread(0.0_wp, 1, n))
-  end subroutine undo_prismatic
+  end subroutine undo_repeated
 
   !> Generates points around the axis at about the spacing of those in the half section.
   subroutine undo_revolved(step, flat, images)
@@ -302,38 +306,6 @@ contains
 
     interval = max(0, min(size(lines) - 2, count(lines <= x) - 1))
   end function interval
-
-  !> Repeats the column. Nothing moves along x, so that the positions of the column apply to all.
-  subroutine undo_column(step, column, images)
-    type(reduction_type), intent(in) :: step
-    !> Points of the column.
-    type(image_list_type), intent(in) :: column
-    !> Points of the scene.
-    type(image_list_type), intent(out) :: images
-    integer :: i, k, n, counts(3), place(4)
-    integer, allocatable :: source(:), cells(:)
-    real(wp), allocatable :: ratio(:), x(:)
-
-    counts = brick_counts(step%lines)
-    n = column%points%count*counts(1)
-    allocate (source(n), cells(n), ratio(n), x(n))
-    n = 0
-    associate (lines => step%lines(1)%lines)
-      do i = 1, column%points%count
-        place = cell_place(column%points%cell(i), step%pieces, [1, counts(2:3)])
-        do k = 1, counts(1)
-          n = n + 1
-          source(n) = i
-          ratio(n) = (lines(k + 1) - lines(k))/(lines(2) - lines(1))
-          x(n) = lines(k)
-          place(2) = k - 1
-          cells(n) = cell_number(place, step%pieces, counts)
-        end do
-      end do
-      call replicate(column, source, ratio, cells, images)
-      call map_coordinate(images, 1, lines(1), x, ratio)
-    end associate
-  end subroutine undo_column
 
   !> Appends the mirror image to the half.
   subroutine undo_mirror(step, half, images)
