@@ -13,7 +13,7 @@ module qsmpm_soil_model_law
   use qsmpm_kinds, only: wp
   use qsmpm_difference_tangent, only: difference_tangent
   use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, status_unrecoverable, tangent_none, &
-    tangent_elastic
+    tangent_elastic, unnamed_states
   use qsmpm_point_result, only: finish_points
   use qsmpm_rest_check, only: changes_at_rest, what_changes, rest_is_faulty
   use qsmpm_rounded_text, only: rounded_text
@@ -57,35 +57,15 @@ contains
 
     allocate (law%model, source=model)
     law%name = ''
+    law%model_traits_type = model%model_traits_type
     law%dimension = dimension
     law%before_strain = merge(9, 0, model%reads_gradient)
     law%before_own = law%before_strain + merge(6, 0, model%reads_strain)
     law%state_count = law%before_own + model%state_count
     law%asks_where = .true.
-    law%tells_yield = model%tells_yield
-    if (allocated(model%advice)) law%advice = model%advice
     law%of_user = .true.
-    law%symmetric = model%symmetric
-    law%stiffness_scale = model%stiffness_scale
-    law%shear_scale = model%shear_scale
-    if (allocated(model%state_names)) call name_states(model, law)
+    if (allocated(model%state_names)) law%state_names = [unnamed_states(law%before_own), model%state_names]
   end subroutine make_soil_model_law
-
-  !> Sets the names of the state variables: those of the model's own state; the preceding ones have none.
-  subroutine name_states(model, law)
-    class(soil_model_type), intent(in) :: model
-    !> The law; its names are set.
-    type(soil_model_law_type), intent(inout) :: law
-    integer :: i
-
-    allocate (law%state_names(law%state_count))
-    do i = 1, law%before_own
-      law%state_names(i)%text = ''
-    end do
-    do i = 1, model%state_count
-      law%state_names(law%before_own + i)%text = model%state_names(i)%text
-    end do
-  end subroutine name_states
 
   !> Initialises the state of an undeformed point with a given stress.
   subroutine start_at(self, stress, place, state)
