@@ -181,73 +181,53 @@ contains
     !> cell.
     type(pieces_type), intent(inout) :: pieces
     type(pieces_type) :: joint
-    logical :: kept(size(pieces%point))
-    integer :: number(size(quadrature%fill)), next(size(quadrature%fill)), g, n, c, i
+    integer :: cell(size(pieces%point) + size(quadrature%source))
+    integer, allocatable :: first(:), item(:)
+    integer :: before, g, n, c, i
 
-    do n = 1, size(kept)
-      associate (p => pieces%point(n))
-        kept(n) = .not. (quadrature%carried(points%body(p)) .and. &
-          quadrature%first(points%cell(p) + 1) > quadrature%first(points%cell(p)))
-      end associate
-    end do
-    number = [(count(quadrature%source(quadrature%first(c):quadrature%first(c + 1) - 1) /= 0), c=1, size(number))]
-    do g = 1, size(pieces%cell)
-      number(pieces%cell(g)) = number(pieces%cell(g)) + count(kept(pieces%first(g):pieces%first(g + 1) - 1))
-    end do
-    call make_room(pieces, number, size(points%position, 1), joint, next)
+    ! Pieces that are kept, then integration points, with their cells.
+    before = size(pieces%point)
+    cell = 0
     do g = 1, size(pieces%cell)
       do i = pieces%first(g), pieces%first(g + 1) - 1
-        if (.not. kept(i)) cycle
-        n = next(pieces%cell(g))
-        next(pieces%cell(g)) = n + 1
-        joint%point(n) = pieces%point(i)
-        joint%share(n) = pieces%share(i)
-        if (size(pieces%low) > 0) joint%low(:, n) = pieces%low(:, i)
-        if (size(pieces%low) > 0) joint%high(:, n) = pieces%high(:, i)
+        associate (p => pieces%point(i))
+          if (.not. (quadrature%carried(points%body(p)) .and. quadrature%first(points%cell(p) + 1) > &
+            quadrature%first(points%cell(p)))) cell(i) = pieces%cell(g)
+        end associate
       end do
     end do
-    do c = 1, size(number)
+    do c = 1, size(quadrature%fill)
       do i = quadrature%first(c), quadrature%first(c + 1) - 1
-        if (quadrature%source(i) == 0) cycle
-        n = next(c)
-        next(c) = n + 1
+        if (quadrature%source(i) /= 0) cell(before + i) = c
+      end do
+    end do
+    call list_by_key(cell, size(quadrature%fill), first, item)
+    joint%cell = pack([(c, c=1, size(quadrature%fill))], first(2:) > first(:size(quadrature%fill)))
+    n = size(item)
+    joint%first = [first(joint%cell), n + 1]
+    allocate (joint%point(n), joint%share(n), joint%local(size(points%position, 1), n))
+    allocate (joint%of_body(n), joint%at_place(n), source=.false.)
+    allocate (joint%low(size(pieces%low, 1), merge(n, 0, size(pieces%low, 1) > 0)), source=0.0_wp)
+    allocate (joint%high, source=joint%low)
+    do n = 1, size(item)
+      i = item(n) - before
+      if (i > 0) then
         joint%point(n) = quadrature%source(i)
         joint%share(n) = quadrature%volume(i)/source_volume(quadrature, points, i)
         joint%local(:, n) = quadrature%local(:, i)
         joint%of_body(n) = .true.
         joint%at_place(n) = all(quadrature%half(:, i) <= tiny(1.0_wp))
-        if (size(joint%low) == 0) cycle
-        joint%low(:, n) = quadrature%low(:, i)
-        joint%high(:, n) = quadrature%high(:, i)
-      end do
+        if (size(joint%low) > 0) joint%low(:, n) = quadrature%low(:, i)
+        if (size(joint%low) > 0) joint%high(:, n) = quadrature%high(:, i)
+      else
+        joint%point(n) = pieces%point(item(n))
+        joint%share(n) = pieces%share(item(n))
+        if (size(joint%low) > 0) joint%low(:, n) = pieces%low(:, item(n))
+        if (size(joint%low) > 0) joint%high(:, n) = pieces%high(:, item(n))
+      end if
     end do
     pieces = joint
   end subroutine put_bodies
-
-  !> Allocates lists for the pieces of every cell.
-  pure subroutine make_room(pieces, number, dimension, joint, next)
-    type(pieces_type), intent(in) :: pieces
-    !> Pieces of each cell (cell_count).
-    integer, intent(in) :: number(:)
-    integer, intent(in) :: dimension
-    type(pieces_type), intent(out) :: joint
-    !> First piece of each cell (cell_count).
-    integer, intent(out) :: next(:)
-    integer :: c, n
-
-    joint%cell = pack([(c, c=1, size(number))], number > 0)
-    n = 1
-    do c = 1, size(number)
-      next(c) = n
-      n = n + number(c)
-    end do
-    joint%first = [next(joint%cell), n]
-    n = n - 1
-    allocate (joint%point(n), joint%share(n), joint%local(dimension, n))
-    allocate (joint%of_body(n), joint%at_place(n), source=.false.)
-    allocate (joint%low(size(pieces%low, 1), merge(n, 0, size(pieces%low, 1) > 0)), source=0.0_wp)
-    allocate (joint%high, source=joint%low)
-  end subroutine make_room
 
   !> Whether a single body fills a cell.
   pure logical function is_filled(quadrature, cell)

@@ -7,7 +7,8 @@
 module qsmpm_domain_pieces
   use qsmpm_kinds, only: wp
   use qsmpm_point_location, only: activation_type
-  use qsmpm_space, only: space_type, cell_position
+  use qsmpm_grid_window, only: place_of
+  use qsmpm_space, only: space_type
   use qsmpm_spatial_lists, only: list_by_box
   use qsmpm_spline_axis, only: interval_cells
   use qsmpm_domains, only: domains_type, cells_of
@@ -67,7 +68,7 @@ contains
     n = size(pieces%point)
     allocate (pieces%share(n), pieces%low(size(domains%low, 1), n), pieces%high(size(domains%low, 1), n))
     do g = 1, size(pieces%cell)
-      associate (at => cell_position(space, size(domains%low, 1), pieces%cell(g)))
+      associate (at => place_of(pieces%cell(g), space%axis%cell_count))
         do n = pieces%first(g), pieces%first(g + 1) - 1
           p = pieces%point(n)
           call cut(space, domains, p, at, pieces%low(:, n), pieces%high(:, n), pieces%share(n))

@@ -12,7 +12,8 @@ module qsmpm_domains
   use qsmpm_isotropic_function, only: compose
   use qsmpm_points, only: points_type
   use qsmpm_point_location, only: activation_type
-  use qsmpm_space, only: space_type, cell_position
+  use qsmpm_space, only: space_type
+  use qsmpm_grid_window, only: place_of, number_at
   use qsmpm_spline_axis, only: interval_cells, sliver
   implicit none
   private
@@ -40,7 +41,7 @@ contains
     allocate (domains%low(dimension, points%count), domains%high(dimension, points%count))
     do p = 1, points%count
       x = points%position(:, p)
-      at = cell_position(space, dimension, points%cell(p))
+      at = place_of(points%cell(p), space%axis%cell_count)
       half = points%half_size(:, p)*stretch(points%deformation_gradient(:, p), dimension)
       do a = 1, dimension
         associate (axis => space%axis(a), i => at(a))
@@ -108,7 +109,7 @@ contains
           end associate
         end do
         if (.not. reached) cycle
-        cell = cell_at(space, at(1) + offset(1), at(2) + offset(2), at(3) + offset(3))
+        cell = number_at(at + offset, space%axis%cell_count)
         if (activation%active_number(cell) > 0) cycle
         least = minloc(depth, dim=1, mask=offset(:size(x)) /= 0)
         associate (lines => space%axis(least)%lines)
@@ -124,14 +125,15 @@ contains
     type(domains_type), intent(in) :: domains
     !> (cell_count); marks are only added.
     logical, intent(inout) :: touched(:)
-    integer :: from(3), to(3), p, i, j, k
+    integer :: from(3), to(3), counts(3), p, i, j, k
 
+    counts = space%axis%cell_count
     do p = 1, size(domains%low, 2)
       call cells_of(space, domains, p, from, to)
       do k = from(3), to(3)
         do j = from(2), to(2)
           do i = from(1), to(1)
-            touched(cell_at(space, i, j, k)) = .true.
+            touched(number_at([i, j, k], counts)) = .true.
           end do
         end do
       end do
@@ -154,13 +156,4 @@ contains
       call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from(a), to(a))
     end do
   end subroutine cells_of
-
-  !> Number of the cell at a position of the grid.
-  pure integer function cell_at(space, i, j, k)
-    type(space_type), intent(in) :: space
-    !> Position along the axes.
-    integer, intent(in) :: i, j, k
-
-    cell_at = ((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i
-  end function cell_at
 end module qsmpm_domains

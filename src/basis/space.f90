@@ -7,13 +7,14 @@
 module qsmpm_space
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry
+  use qsmpm_grid_window, only: place_of, number_at
   use qsmpm_mesh, only: mesh_type, index_set_type
   use qsmpm_spline_axis, only: spline_axis_type, axis_values, make_axis
   implicit none
   private
 
-  public :: space_type, shape_values_type, functions_at, cell_nodes_of_space, cell_position, cell_block, tensor_nodes, &
-    refresh_space, value_at, node_position, node_label
+  public :: space_type, shape_values_type, functions_at, cell_nodes_of_space, cell_block, tensor_nodes, refresh_space, &
+    value_at, node_position, node_label
 
   !> Largest number of functions that are not zero at a point: cubic splines in 3D.
   integer, parameter, public :: most_functions = 64
@@ -87,7 +88,7 @@ contains
     real(wp) :: value(space%degree + 1, 3), slope(space%degree + 1, 3), extent, x
     integer :: at(3), count(3), a
 
-    at = cell_position(space, dimension, cell)
+    at = place_of(cell, space%axis%cell_count)
     value = 1.0_wp
     slope = 0.0_wp
     count = 1
@@ -189,26 +190,12 @@ contains
     first = 1
     count = 1
     if (.not. space%tensor) return
-    first = cell_position(space, dimension, cell)
+    first = place_of(cell, space%axis%cell_count)
     do a = 1, dimension
       first(a) = space%axis(a)%last(first(a)) - space%degree
       count(a) = space%degree + 1
     end do
   end subroutine cell_block
-
-  !> Position of a cell along the axes of the grid; 1 along z in 2D.
-  pure function cell_position(space, dimension, cell) result(at)
-    type(space_type), intent(in) :: space
-    !> 2 or 3; number of the cell.
-    integer, intent(in) :: dimension, cell
-    integer :: at(3), rest
-
-    at = 1
-    at(1) = mod(cell - 1, space%axis(1)%cell_count) + 1
-    rest = (cell - 1)/space%axis(1)%cell_count
-    at(2) = mod(rest, space%axis(2)%cell_count) + 1
-    if (dimension == 3) at(3) = rest/space%axis(2)%cell_count + 1
-  end function cell_position
 
   !> Value of a nodal field at a point.
   pure function value_at(place, field) result(value)
@@ -253,16 +240,15 @@ contains
     !> Number of the node.
     integer, intent(in) :: node
     real(wp) :: x(mesh%dimension)
-    integer :: a, rest
+    integer :: at(3), a
 
     if (.not. space%tensor) then
       x = mesh%coordinates(:, node)
       return
     end if
-    rest = node - 1
+    at = place_of(node, space%axis%function_count)
     do a = 1, mesh%dimension
-      x(a) = space%axis(a)%anchor(mod(rest, space%axis(a)%function_count) + 1)
-      rest = rest/space%axis(a)%function_count
+      x(a) = space%axis(a)%anchor(at(a))
     end do
   end function node_position
 
@@ -272,19 +258,11 @@ contains
     type(mesh_type), intent(in) :: mesh
     !> Number of the node.
     integer, intent(in) :: node
-    integer :: a, rest, stride
 
-    if (.not. space%tensor) then
+    if (space%tensor) then
+      label = number_at(place_of(node, space%axis%function_count) + space%skipped, space%whole_count)
+    else
       label = mesh%node_label(node)
-      return
     end if
-    label = 1
-    rest = node - 1
-    stride = 1
-    do a = 1, mesh%dimension
-      label = label + stride*(mod(rest, space%axis(a)%function_count) + space%skipped(a))
-      rest = rest/space%axis(a)%function_count
-      stride = stride*space%whole_count(a)
-    end do
   end function node_label
 end module qsmpm_space

@@ -9,7 +9,7 @@ module qsmpm_element
     node_count, corner_count, local_dimension, face_count, vtk_type, linear_kind, element_order, default_count
   use qsmpm_element_topology, only: face_corners, face_corner_count, mid_edges, &
     local_nodes, local_centre, inside_distance
-  use qsmpm_element_shape, only: shape_functions, shape_gradients, shape_second_gradients, element_geometry
+  use qsmpm_element_shape, only: shape_functions, element_geometry
   use qsmpm_element_face, only: face_rule, face_area_vector
   use qsmpm_quadrature, only: gauss_rule, full_rule
   use qsmpm_seed_rules, only: seed_rule, allowed_counts
@@ -22,7 +22,7 @@ module qsmpm_element
   public :: element_order
   public :: face_corners, face_corner_count, mid_edges
   public :: local_nodes, local_centre, inside_distance
-  public :: shape_functions, shape_gradients, shape_second_gradients, element_geometry
+  public :: shape_functions, element_geometry
   public :: face_rule, face_area_vector
   public :: gauss_rule, full_rule, seed_rule, allowed_counts, default_count
 end module qsmpm_element

@@ -7,7 +7,7 @@ module qsmpm_element_face
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: tri3, quad4, local_dimension, node_count, max_nodes
   use qsmpm_element_topology, only: face_frame, face_corner_count
-  use qsmpm_element_shape, only: shape_gradients, element_jacobian
+  use qsmpm_element_shape, only: shape_functions, element_jacobian
   use qsmpm_line_rule, only: line_gauss
   use qsmpm_quadrature, only: gauss_rule
   use qsmpm_tensor, only: cross
@@ -62,7 +62,7 @@ contains
 
     n = node_count(kind)
     d = local_dimension(kind)
-    call shape_gradients(kind, local, gradients(:d, :n))
+    call shape_functions(kind, local, gradients=gradients(:d, :n))
     call element_jacobian(gradients(:d, :n), nodes(:d, :n), jacobian(:d, :d))
     call face_frame(kind, face, origin, directions)
     s(:d) = matmul(jacobian(:d, :d), directions(:d, 1))

@@ -5,80 +5,38 @@
 module qsmpm_element_shape
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, elements, max_nodes
-  use qsmpm_shape_simplex, only: simplex_shape, simplex_gradients, simplex_second
-  use qsmpm_shape_quad, only: quad_shape, quad_gradients, quad_second
-  use qsmpm_shape_hex, only: hex_shape, hex_gradients, hex_second
-  use qsmpm_shape_wedge, only: wedge_shape, wedge_gradients, wedge_second
+  use qsmpm_shape_simplex, only: simplex_functions
+  use qsmpm_shape_quad, only: quad_functions
+  use qsmpm_shape_hex, only: hex_functions
+  use qsmpm_shape_wedge, only: wedge_functions
   implicit none
   private
 
-  public :: shape_functions, shape_gradients, shape_second_gradients
-  public :: element_jacobian, element_geometry
+  public :: shape_functions, element_jacobian, element_geometry
 
 contains
 
-  !> Evaluates the shape functions.
-  pure subroutine shape_functions(kind, local, shape)
+  !> Evaluates the shape functions, and their first and second derivatives with respect to the local coordinates.
+  pure subroutine shape_functions(kind, local, shape, gradients, second)
     !> Element kind.
     integer, intent(in) :: kind
     !> Local coordinates (local dimension).
     real(wp), intent(in) :: local(:)
-    !> One value per node.
-    real(wp), intent(out) :: shape(:)
+    !> N (nodes), dN/dlocal (local dimension, nodes), d2N/dlocal2 (local dimension, local dimension, nodes); those that
+    !> are present.
+    real(wp), intent(out), optional :: shape(:), gradients(:, :), second(:, :, :)
 
     select case (elements(kind)%form)
     case (tri3, tet4)
-      call simplex_shape(elements(kind)%nodes, local, shape)
+      call simplex_functions(elements(kind)%nodes, local, shape, gradients, second)
     case (quad4)
-      call quad_shape(elements(kind)%nodes, local, shape)
+      call quad_functions(elements(kind)%nodes, local, shape, gradients, second)
     case (hex8)
-      call hex_shape(elements(kind)%nodes, local, shape)
+      call hex_functions(elements(kind)%nodes, local, shape, gradients, second)
     case (wedge6)
-      call wedge_shape(elements(kind)%nodes, local, shape)
+      call wedge_functions(elements(kind)%nodes, local, shape, gradients, second)
     end select
   end subroutine shape_functions
-
-  !> Evaluates the first derivatives with respect to the local coordinates.
-  pure subroutine shape_gradients(kind, local, gradients)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local coordinates (local dimension).
-    real(wp), intent(in) :: local(:)
-    !> dN/dlocal (local dimension, node).
-    real(wp), intent(out) :: gradients(:, :)
-
-    select case (elements(kind)%form)
-    case (tri3, tet4)
-      call simplex_gradients(elements(kind)%nodes, local, gradients)
-    case (quad4)
-      call quad_gradients(elements(kind)%nodes, local, gradients)
-    case (hex8)
-      call hex_gradients(elements(kind)%nodes, local, gradients)
-    case (wedge6)
-      call wedge_gradients(elements(kind)%nodes, local, gradients)
-    end select
-  end subroutine shape_gradients
-
-  !> Evaluates the second derivatives with respect to the local coordinates.
-  pure subroutine shape_second_gradients(kind, local, second)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local coordinates (local dimension).
-    real(wp), intent(in) :: local(:)
-    !> d2N/dlocal2 (local dimension, local dimension, node).
-    real(wp), intent(out) :: second(:, :, :)
-
-    select case (elements(kind)%form)
-    case (tri3, tet4)
-      call simplex_second(elements(kind)%nodes, second)
-    case (quad4)
-      call quad_second(elements(kind)%nodes, local, second)
-    case (hex8)
-      call hex_second(elements(kind)%nodes, local, second)
-    case (wedge6)
-      call wedge_second(elements(kind)%nodes, local, second)
-    end select
-  end subroutine shape_second_gradients
 
   !> Computes the Jacobian matrix of the isoparametric map.
   pure subroutine element_jacobian(gradients, nodes, jacobian)
@@ -113,8 +71,7 @@ contains
 
     n = elements(kind)%nodes
     d = elements(kind)%dimension
-    call shape_functions(kind, local, shape)
-    call shape_gradients(kind, local, local_gradients(:d, :n))
+    call shape_functions(kind, local, shape, local_gradients(:d, :n))
     if (d == 2) then
       call plane_map(n, local_gradients, nodes, gradients, determinant)
       return

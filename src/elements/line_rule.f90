@@ -1,10 +1,11 @@
-!> Quadrature rules on the line [-1, 1]: Gauss-Legendre, and midpoints of equal intervals. Weights sum to 2.
+!> Quadrature rules on the line [-1, 1]: Gauss-Legendre, and midpoints of equal intervals, whose weights sum to 2; and
+!> products of rules on squares, cubes and layers.
 module qsmpm_line_rule
   use qsmpm_kinds, only: wp, pi
   implicit none
   private
 
-  public :: line_gauss, line_even
+  public :: line_gauss, line_even, square_rule, cube_rule, layer_rule
 
 contains
 
@@ -71,4 +72,54 @@ contains
       weights(i) = 2.0_wp/real(n, wp)
     end do
   end subroutine line_even
+
+  !> Computes the product of a line rule with itself.
+  pure subroutine square_rule(x, w, points, weights)
+    !> Points and weights of the line rule.
+    real(wp), intent(in) :: x(:), w(:)
+    !> Local coordinates (2, n**2); weights (n**2).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
+    integer :: i, j, q
+
+    allocate (points(2, size(x)**2), weights(size(x)**2))
+    do j = 1, size(x)
+      do i = 1, size(x)
+        q = size(x)*(j - 1) + i
+        points(:, q) = [x(i), x(j)]
+        weights(q) = w(i)*w(j)
+      end do
+    end do
+  end subroutine square_rule
+
+  !> Computes the threefold product of a line rule with itself.
+  pure subroutine cube_rule(x, w, points, weights)
+    !> Points and weights of the line rule.
+    real(wp), intent(in) :: x(:), w(:)
+    !> Local coordinates (3, n**3); weights (n**3).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
+    real(wp), allocatable :: square(:, :), square_weights(:)
+
+    call square_rule(x, w, square, square_weights)
+    call layer_rule(square, square_weights, x, w, points, weights)
+  end subroutine cube_rule
+
+  !> Computes the product of a plane rule and a line rule along zeta.
+  pure subroutine layer_rule(plane, plane_weights, x, w, points, weights)
+    !> Points (2, m) and weights of the plane rule.
+    real(wp), intent(in) :: plane(:, :), plane_weights(:)
+    !> Points and weights of the line rule.
+    real(wp), intent(in) :: x(:), w(:)
+    !> Local coordinates (3, m*n); weights (m*n).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
+    integer :: k, m, first
+
+    m = size(plane_weights)
+    allocate (points(3, m*size(x)), weights(m*size(x)))
+    do k = 1, size(x)
+      first = m*(k - 1)
+      points(1:2, first + 1:first + m) = plane
+      points(3, first + 1:first + m) = x(k)
+      weights(first + 1:first + m) = plane_weights*w(k)
+    end do
+  end subroutine layer_rule
 end module qsmpm_line_rule

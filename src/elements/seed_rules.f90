@@ -10,9 +10,8 @@ module qsmpm_seed_rules
   use qsmpm_text, only: integer_text
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, linear_kind, element_name, elements, default_count
-  use qsmpm_line_rule, only: line_gauss, line_even
+  use qsmpm_line_rule, only: line_gauss, line_even, square_rule, cube_rule, layer_rule
   use qsmpm_simplex_rule, only: simplex_gauss, triangle_even, tet_even
-  use qsmpm_quadrature, only: square_rule, cube_rule, layer_rule
   implicit none
   private
 

@@ -10,7 +10,7 @@ module qsmpm_shape_quad
   implicit none
   private
 
-  public :: quad_shape, quad_gradients, quad_second
+  public :: quad_functions
 
   !> Axis parallel to the edge of each mid node, and coordinate of the edge on the other axis.
   integer, parameter :: along(4) = [1, 2, 1, 2]
@@ -21,92 +21,67 @@ module qsmpm_shape_quad
 
 contains
 
-  !> Evaluates the shape functions of the kind with this number of nodes.
-  pure subroutine quad_shape(nodes, local, shape)
+  !> Evaluates the shape functions of the kind with this number of nodes, and their first and second derivatives.
+  pure subroutine quad_functions(nodes, local, shape, gradients, second)
     integer, intent(in) :: nodes
     !> Local coordinates (2).
     real(wp), intent(in) :: local(:)
-    !> One value per node.
-    real(wp), intent(out) :: shape(:)
-    real(wp) :: l(3, 0:2, 2), p, q
+    !> N (nodes), dN/dlocal (2, nodes), d2N/dlocal2 (2, 2, nodes); those that are present.
+    real(wp), intent(out), optional :: shape(:), gradients(:, :), second(:, :, :)
+    real(wp) :: p, q
     integer :: i, a
 
     if (nodes == 9) then
-      l = lagrange(local)
-      shape(:9) = l(third(1, :), 0, 1)*l(third(2, :), 0, 2)
+      call biquadratic_functions(lagrange(local), shape, gradients, second)
       return
     end if
+    if (present(second)) second(1:2, 1:2, :nodes) = 0.0_wp
     do i = 1, 4
       p = corners(1, i)*local(1)
       q = corners(2, i)*local(2)
-      shape(i) = 0.25_wp*(1.0_wp + p)*(1.0_wp + q)
+      if (present(shape)) shape(i) = 0.25_wp*(1.0_wp + p)*(1.0_wp + q)
+      if (present(gradients)) gradients(:2, i) = 0.25_wp*corners(:, i)*(1.0_wp + [q, p])
+      if (present(second)) second(1, 2, i) = 0.25_wp*corners(1, i)*corners(2, i)
       if (nodes == 4) cycle
-      shape(i) = shape(i)*(p + q - 1.0_wp)
       a = along(i)
-      shape(4 + i) = 0.5_wp*(1.0_wp - local(a)**2)*(1.0_wp + side(i)*local(3 - a))
-    end do
-  end subroutine quad_shape
-
-  !> Evaluates their first derivatives.
-  pure subroutine quad_gradients(nodes, local, gradients)
-    integer, intent(in) :: nodes
-    real(wp), intent(in) :: local(:)
-    !> dN/dlocal (2, nodes).
-    real(wp), intent(out) :: gradients(:, :)
-    real(wp) :: l(3, 0:2, 2), p, q
-    integer :: i, a
-
-    if (nodes == 9) then
-      l = lagrange(local)
-      gradients(1, :9) = l(third(1, :), 1, 1)*l(third(2, :), 0, 2)
-      gradients(2, :9) = l(third(1, :), 0, 1)*l(third(2, :), 1, 2)
-      return
-    end if
-    do i = 1, 4
-      p = corners(1, i)*local(1)
-      q = corners(2, i)*local(2)
-      gradients(1, i) = 0.25_wp*corners(1, i)*(1.0_wp + q)
-      gradients(2, i) = 0.25_wp*corners(2, i)*(1.0_wp + p)
-      if (nodes == 4) cycle
-      gradients(1, i) = gradients(1, i)*(2.0_wp*p + q)
-      gradients(2, i) = gradients(2, i)*(p + 2.0_wp*q)
-      a = along(i)
-      gradients(a, 4 + i) = -local(a)*(1.0_wp + side(i)*local(3 - a))
-      gradients(3 - a, 4 + i) = 0.5_wp*side(i)*(1.0_wp - local(a)**2)
-    end do
-  end subroutine quad_gradients
-
-  !> Evaluates their second derivatives.
-  pure subroutine quad_second(nodes, local, second)
-    integer, intent(in) :: nodes
-    real(wp), intent(in) :: local(:)
-    !> d2N/dlocal2 (2, 2, nodes).
-    real(wp), intent(out) :: second(:, :, :)
-    real(wp) :: l(3, 0:2, 2), p, q
-    integer :: i, a
-
-    second(1:2, 1:2, :nodes) = 0.0_wp
-    if (nodes == 9) then
-      l = lagrange(local)
-      second(1, 1, :9) = l(third(1, :), 2, 1)*l(third(2, :), 0, 2)
-      second(2, 2, :9) = l(third(1, :), 0, 1)*l(third(2, :), 2, 2)
-      second(1, 2, :9) = l(third(1, :), 1, 1)*l(third(2, :), 1, 2)
-    else
-      do i = 1, 4
-        p = corners(1, i)*local(1)
-        q = corners(2, i)*local(2)
-        second(1, 2, i) = 0.25_wp*corners(1, i)*corners(2, i)
-        if (nodes == 4) cycle
+      if (present(shape)) then
+        shape(i) = shape(i)*(p + q - 1.0_wp)
+        shape(4 + i) = 0.5_wp*(1.0_wp - local(a)**2)*(1.0_wp + side(i)*local(3 - a))
+      end if
+      if (present(gradients)) then
+        gradients(:2, i) = gradients(:2, i)*[2.0_wp*p + q, p + 2.0_wp*q]
+        gradients(a, 4 + i) = -local(a)*(1.0_wp + side(i)*local(3 - a))
+        gradients(3 - a, 4 + i) = 0.5_wp*side(i)*(1.0_wp - local(a)**2)
+      end if
+      if (present(second)) then
         second(1, 1, i) = 0.5_wp*(1.0_wp + q)
         second(2, 2, i) = 0.5_wp*(1.0_wp + p)
         second(1, 2, i) = second(1, 2, i)*(1.0_wp + 2.0_wp*(p + q))
-        a = along(i)
         second(a, a, 4 + i) = -(1.0_wp + side(i)*local(3 - a))
         second(1, 2, 4 + i) = -side(i)*local(a)
-      end do
+      end if
+    end do
+    if (present(second)) second(2, 1, :nodes) = second(1, 2, :nodes)
+  end subroutine quad_functions
+
+  !> Evaluates the functions of the 9-node quadrilateral from the polynomials along the axes (`lagrange`).
+  pure subroutine biquadratic_functions(l, shape, gradients, second)
+    real(wp), intent(in) :: l(3, 0:2, 2)
+    !> As for `quad_functions`.
+    real(wp), intent(out), optional :: shape(:), gradients(:, :), second(:, :, :)
+
+    if (present(shape)) shape(:9) = l(third(1, :), 0, 1)*l(third(2, :), 0, 2)
+    if (present(gradients)) then
+      gradients(1, :9) = l(third(1, :), 1, 1)*l(third(2, :), 0, 2)
+      gradients(2, :9) = l(third(1, :), 0, 1)*l(third(2, :), 1, 2)
     end if
-    second(2, 1, :nodes) = second(1, 2, :nodes)
-  end subroutine quad_second
+    if (present(second)) then
+      second(1, 1, :9) = l(third(1, :), 2, 1)*l(third(2, :), 0, 2)
+      second(2, 2, :9) = l(third(1, :), 0, 1)*l(third(2, :), 2, 2)
+      second(1, 2, :9) = l(third(1, :), 1, 1)*l(third(2, :), 1, 2)
+      second(2, 1, :9) = second(1, 2, :9)
+    end if
+  end subroutine biquadratic_functions
 
   !> Lagrange polynomials at -1, 0, 1 with their first and second derivatives (polynomial, order from 0, axis).
   pure function lagrange(local) result(l)

@@ -8,58 +8,30 @@ module qsmpm_shape_simplex
   implicit none
   private
 
-  public :: simplex_shape, simplex_gradients, simplex_second, linear_shape
+  public :: simplex_functions, linear_shape
 
 contains
 
-  !> Evaluates the shape functions of the kind with this number of nodes.
-  pure subroutine simplex_shape(nodes, local, shape)
+  !> Evaluates the shape functions of the kind with this number of nodes, and their first and second derivatives.
+  pure subroutine simplex_functions(nodes, local, shape, gradients, second)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
-    real(wp), intent(out) :: shape(:)
+    !> N (nodes), dN/dlocal (dimension, nodes), d2N/dlocal2 (dimension, dimension, nodes), which are constant in the
+    !> element; those that are present.
+    real(wp), intent(out), optional :: shape(:), gradients(:, :), second(:, :, :)
 
     select case (nodes)
     case (3, 4)
-      call linear_shape(local, shape(:nodes))
+      if (present(shape)) call linear_shape(local, shape(:nodes))
+      if (present(gradients) .and. nodes == 3) gradients(:2, :3) = triangle_gradients
+      if (present(gradients) .and. nodes == 4) gradients(:3, :4) = tet_gradients
+      if (present(second)) second(:, :, :nodes) = 0.0_wp
     case (6)
-      call quadratic_shape(3, triangle_edges, local, shape)
+      call quadratic_functions(triangle_edges, triangle_gradients, local, shape, gradients, second)
     case (10)
-      call quadratic_shape(4, tet_edges, local, shape)
+      call quadratic_functions(tet_edges, tet_gradients, local, shape, gradients, second)
     end select
-  end subroutine simplex_shape
-
-  !> Evaluates their first derivatives.
-  pure subroutine simplex_gradients(nodes, local, gradients)
-    integer, intent(in) :: nodes
-    real(wp), intent(in) :: local(:)
-    real(wp), intent(out) :: gradients(:, :)
-
-    select case (nodes)
-    case (3)
-      gradients(:2, :3) = triangle_gradients
-    case (4)
-      gradients(:3, :4) = tet_gradients
-    case (6)
-      call quadratic_gradients(triangle_edges, triangle_gradients, local, gradients)
-    case (10)
-      call quadratic_gradients(tet_edges, tet_gradients, local, gradients)
-    end select
-  end subroutine simplex_gradients
-
-  !> Evaluates their second derivatives, which are constant in the element.
-  pure subroutine simplex_second(nodes, second)
-    integer, intent(in) :: nodes
-    real(wp), intent(out) :: second(:, :, :)
-
-    select case (nodes)
-    case (3, 4)
-      second(:, :, :nodes) = 0.0_wp
-    case (6)
-      call quadratic_second(triangle_edges, triangle_gradients, second)
-    case (10)
-      call quadratic_second(tet_edges, tet_gradients, second)
-    end select
-  end subroutine simplex_second
+  end subroutine simplex_functions
 
   !> Evaluates the linear functions.
   pure subroutine linear_shape(local, shape)
@@ -77,66 +49,36 @@ contains
   end subroutine linear_shape
 
   !> Evaluates the quadratic functions.
-  pure subroutine quadratic_shape(corners, edges, local, shape)
-    integer, intent(in) :: corners
+  pure subroutine quadratic_functions(edges, dl, local, shape, gradients, second)
     !> Corners of the edges (2, edges).
-    integer, intent(in) :: edges(:, :)
-    real(wp), intent(in) :: local(:)
-    real(wp), intent(out) :: shape(:)
-    real(wp) :: l(4)
-    integer :: i
-
-    call linear_shape(local, l(:corners))
-    do i = 1, corners
-      shape(i) = l(i)*(2.0_wp*l(i) - 1.0_wp)
-    end do
-    do i = 1, size(edges, 2)
-      shape(corners + i) = 4.0_wp*l(edges(1, i))*l(edges(2, i))
-    end do
-  end subroutine quadratic_shape
-
-  !> Evaluates the first derivatives of the quadratic functions.
-  pure subroutine quadratic_gradients(edges, dl, local, gradients)
     integer, intent(in) :: edges(:, :)
     !> dL/dlocal (dimension, corners).
     real(wp), intent(in) :: dl(:, :), local(:)
-    !> dN/dlocal (dimension, nodes).
-    real(wp), intent(out) :: gradients(:, :)
+    !> As for `simplex_functions`.
+    real(wp), intent(out), optional :: shape(:), gradients(:, :), second(:, :, :)
     real(wp) :: l(4)
-    integer :: i, a, b, d, n
+    integer :: i, j, a, b, d, n
 
     d = size(dl, 1)
     n = size(dl, 2)
     call linear_shape(local, l(:n))
     do i = 1, n
-      gradients(:d, i) = (4.0_wp*l(i) - 1.0_wp)*dl(:, i)
+      if (present(shape)) shape(i) = l(i)*(2.0_wp*l(i) - 1.0_wp)
+      if (present(gradients)) gradients(:d, i) = (4.0_wp*l(i) - 1.0_wp)*dl(:, i)
+      if (.not. present(second)) cycle
+      do j = 1, d
+        second(:d, j, i) = 4.0_wp*dl(j, i)*dl(:, i)
+      end do
     end do
     do i = 1, size(edges, 2)
       a = edges(1, i)
       b = edges(2, i)
-      gradients(:d, n + i) = 4.0_wp*(l(a)*dl(:, b) + l(b)*dl(:, a))
-    end do
-  end subroutine quadratic_gradients
-
-  !> Evaluates the second derivatives of the quadratic functions.
-  pure subroutine quadratic_second(edges, dl, second)
-    integer, intent(in) :: edges(:, :)
-    real(wp), intent(in) :: dl(:, :)
-    !> d2N/dlocal2 (dimension, dimension, nodes).
-    real(wp), intent(out) :: second(:, :, :)
-    integer :: i, j, a, b, d, n
-
-    d = size(dl, 1)
-    n = size(dl, 2)
-    do j = 1, d
-      do i = 1, n
-        second(:d, j, i) = 4.0_wp*dl(j, i)*dl(:, i)
-      end do
-      do i = 1, size(edges, 2)
-        a = edges(1, i)
-        b = edges(2, i)
+      if (present(shape)) shape(n + i) = 4.0_wp*l(a)*l(b)
+      if (present(gradients)) gradients(:d, n + i) = 4.0_wp*(l(a)*dl(:, b) + l(b)*dl(:, a))
+      if (.not. present(second)) cycle
+      do j = 1, d
         second(:d, j, n + i) = 4.0_wp*(dl(j, a)*dl(:, b) + dl(j, b)*dl(:, a))
       end do
     end do
-  end subroutine quadratic_second
+  end subroutine quadratic_functions
 end module qsmpm_shape_simplex

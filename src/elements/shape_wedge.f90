@@ -11,91 +11,52 @@ module qsmpm_shape_wedge
   implicit none
   private
 
-  public :: wedge_shape, wedge_gradients, wedge_second
+  public :: wedge_functions
 
   !> Sign of zeta in t at the bottom and the top.
   real(wp), parameter :: signs(2) = [-1.0_wp, 1.0_wp]
 
 contains
 
-  !> Evaluates the shape functions of the kind with this number of nodes.
-  pure subroutine wedge_shape(nodes, local, shape)
+  !> Evaluates the shape functions of the kind with this number of nodes, and their first and second derivatives; the
+  !> second ones of the linear functions are constant in the element.
+  pure subroutine wedge_functions(nodes, local, shape, gradients, second)
     integer, intent(in) :: nodes
     !> Local coordinates (3).
     real(wp), intent(in) :: local(:)
-    !> One value per node.
-    real(wp), intent(out) :: shape(:)
-    real(wp) :: l(3), t
-    integer :: i, level, corner
-
-    call linear_shape(local, l)
-    do level = 1, 2
-      t = signs(level)*local(3)
-      do i = 1, 3
-        corner = 3*level - 3 + i
-        shape(corner) = 0.5_wp*l(i)*(1.0_wp + t)
-        if (nodes == 6) cycle
-        shape(corner) = shape(corner)*(2.0_wp*l(i) - 2.0_wp + t)
-        shape(corner + 6) = 2.0_wp*l(edges(1, i))*l(edges(2, i))*(1.0_wp + t)
-      end do
-    end do
-    if (nodes == 15) shape(13:15) = l*(1.0_wp - local(3)**2)
-  end subroutine wedge_shape
-
-  !> Evaluates their first derivatives.
-  pure subroutine wedge_gradients(nodes, local, gradients)
-    integer, intent(in) :: nodes
-    real(wp), intent(in) :: local(:)
-    !> dN/dlocal (3, nodes).
-    real(wp), intent(out) :: gradients(:, :)
+    !> N (nodes), dN/dlocal (3, nodes), d2N/dlocal2 (3, 3, nodes); those that are present.
+    real(wp), intent(out), optional :: shape(:), gradients(:, :), second(:, :, :)
     real(wp) :: l(3), s, t, along
-    integer :: i, a, b, level, corner
-
-    call linear_shape(local, l)
-    do level = 1, 2
-      s = signs(level)
-      t = s*local(3)
-      do i = 1, 3
-        corner = 3*level - 3 + i
-        along = 0.5_wp*(1.0_wp + t)
-        if (nodes == 15) along = along*(4.0_wp*l(i) - 2.0_wp + t)
-        gradients(1:2, corner) = along*dl(:, i)
-        gradients(3, corner) = 0.5_wp*s*l(i)
-        if (nodes == 6) cycle
-        gradients(3, corner) = gradients(3, corner)*(2.0_wp*l(i) - 1.0_wp + 2.0_wp*t)
-        a = edges(1, i)
-        b = edges(2, i)
-        gradients(1:2, corner + 6) = 2.0_wp*(1.0_wp + t)*(l(a)*dl(:, b) + l(b)*dl(:, a))
-        gradients(3, corner + 6) = 2.0_wp*s*l(a)*l(b)
-      end do
-    end do
-    if (nodes == 6) return
-    gradients(1:2, 13:15) = (1.0_wp - local(3)**2)*dl
-    gradients(3, 13:15) = -2.0_wp*local(3)*l
-  end subroutine wedge_gradients
-
-  !> Evaluates their second derivatives; those of the linear functions are constant in the element.
-  pure subroutine wedge_second(nodes, local, second)
-    integer, intent(in) :: nodes
-    real(wp), intent(in) :: local(:)
-    !> d2N/dlocal2 (3, 3, nodes).
-    real(wp), intent(out) :: second(:, :, :)
-    real(wp) :: l(3), s, t
     integer :: i, j, a, b, level, corner
 
     call linear_shape(local, l)
-    second(1:3, 1:3, 1:nodes) = 0.0_wp
+    if (present(second)) second(1:3, 1:3, 1:nodes) = 0.0_wp
     do level = 1, 2
       s = signs(level)
       t = s*local(3)
       do i = 1, 3
         corner = 3*level - 3 + i
-        if (nodes == 6) then
-          second(1:2, 3, corner) = 0.5_wp*s*dl(:, i)
-          cycle
+        if (present(shape)) shape(corner) = 0.5_wp*l(i)*(1.0_wp + t)
+        if (present(gradients)) then
+          along = 0.5_wp*(1.0_wp + t)
+          if (nodes == 15) along = along*(4.0_wp*l(i) - 2.0_wp + t)
+          gradients(1:2, corner) = along*dl(:, i)
+          gradients(3, corner) = 0.5_wp*s*l(i)
         end if
+        if (present(second) .and. nodes == 6) second(1:2, 3, corner) = 0.5_wp*s*dl(:, i)
+        if (nodes == 6) cycle
         a = edges(1, i)
         b = edges(2, i)
+        if (present(shape)) then
+          shape(corner) = shape(corner)*(2.0_wp*l(i) - 2.0_wp + t)
+          shape(corner + 6) = 2.0_wp*l(a)*l(b)*(1.0_wp + t)
+        end if
+        if (present(gradients)) then
+          gradients(3, corner) = gradients(3, corner)*(2.0_wp*l(i) - 1.0_wp + 2.0_wp*t)
+          gradients(1:2, corner + 6) = 2.0_wp*(1.0_wp + t)*(l(a)*dl(:, b) + l(b)*dl(:, a))
+          gradients(3, corner + 6) = 2.0_wp*s*l(a)*l(b)
+        end if
+        if (.not. present(second)) cycle
         do j = 1, 2
           second(1:2, j, corner) = 2.0_wp*(1.0_wp + t)*dl(j, i)*dl(:, i)
           second(1:2, j, corner + 6) = 2.0_wp*(1.0_wp + t)*(dl(j, a)*dl(:, b) + dl(j, b)*dl(:, a))
@@ -106,9 +67,12 @@ contains
       end do
     end do
     if (nodes == 15) then
-      second(1:2, 3, 13:15) = -2.0_wp*local(3)*dl
-      second(3, 3, 13:15) = -2.0_wp*l
+      if (present(shape)) shape(13:15) = l*(1.0_wp - local(3)**2)
+      if (present(gradients)) gradients(1:2, 13:15) = (1.0_wp - local(3)**2)*dl
+      if (present(gradients)) gradients(3, 13:15) = -2.0_wp*local(3)*l
+      if (present(second)) second(1:2, 3, 13:15) = -2.0_wp*local(3)*dl
+      if (present(second)) second(3, 3, 13:15) = -2.0_wp*l
     end if
-    second(3, 1:2, 1:nodes) = second(1:2, 3, 1:nodes)
-  end subroutine wedge_second
+    if (present(second)) second(3, 1:2, 1:nodes) = second(1:2, 3, 1:nodes)
+  end subroutine wedge_functions
 end module qsmpm_shape_wedge

@@ -9,7 +9,7 @@
 !> and 16 points of triangles, exact to degree 2, 4 and 6.
 module qsmpm_simplex_rule
   use qsmpm_kinds, only: wp
-  use qsmpm_line_rule, only: line_gauss
+  use qsmpm_line_rule, only: line_gauss, square_rule, cube_rule
   implicit none
   private
 
@@ -159,20 +159,13 @@ contains
     !> Local coordinates (2, points), and weights.
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: x(:), w(:)
-    integer :: n, i, j, k
 
     ! The Jacobian 1 - u raises the degree in u by one.
-    n = (degree + 1)/2 + 1
-    call line_gauss(n, x, w)
-    allocate (points(2, n*n), weights(n*n))
-    do j = 1, n
-      do i = 1, n
-        k = n*(j - 1) + i
-        points(1, k) = 0.5_wp*(1.0_wp + x(i))
-        points(2, k) = 0.25_wp*(1.0_wp + x(j))*(1.0_wp - x(i))
-        weights(k) = 0.125_wp*w(i)*w(j)*(1.0_wp - x(i))
-      end do
-    end do
+    call line_gauss((degree + 1)/2 + 1, x, w)
+    call square_rule(x, w, points, weights)
+    weights = 0.125_wp*weights*(1.0_wp - points(1, :))
+    points(2, :) = 0.25_wp*(1.0_wp + points(2, :))*(1.0_wp - points(1, :))
+    points(1, :) = 0.5_wp*(1.0_wp + points(1, :))
   end subroutine collapsed_square
 
   !> Maps the Gauss rule of the cube by xi = u, eta = v (1-u), zeta = t (1-u) (1-v), all in [0, 1].
@@ -181,23 +174,12 @@ contains
     !> Local coordinates (3, points), and weights.
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: x(:), w(:)
-    integer :: n, i, j, k, q
 
     ! The Jacobian (1-u)^2 (1-v) raises the degree in u by two.
-    n = (degree + 4)/2
-    call line_gauss(n, x, w)
-    x = 0.5_wp*(1.0_wp + x)
-    w = 0.5_wp*w
-    allocate (points(3, n**3), weights(n**3))
-    q = 0
-    do k = 1, n
-      do j = 1, n
-        do i = 1, n
-          q = q + 1
-          points(:, q) = [x(i), x(j)*(1.0_wp - x(i)), x(k)*(1.0_wp - x(i))*(1.0_wp - x(j))]
-          weights(q) = w(i)*w(j)*w(k)*(1.0_wp - x(i))**2*(1.0_wp - x(j))
-        end do
-      end do
-    end do
+    call line_gauss((degree + 4)/2, x, w)
+    call cube_rule(0.5_wp*(1.0_wp + x), 0.5_wp*w, points, weights)
+    weights = weights*(1.0_wp - points(1, :))**2*(1.0_wp - points(2, :))
+    points(3, :) = points(3, :)*(1.0_wp - points(1, :))*(1.0_wp - points(2, :))
+    points(2, :) = points(2, :)*(1.0_wp - points(1, :))
   end subroutine collapsed_cube
 end module qsmpm_simplex_rule

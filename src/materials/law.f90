@@ -28,8 +28,8 @@ module qsmpm_law
   implicit none
   private
 
-  public :: law_type, law_traits_type, law_slot_type, batch_type, step_info_type, field_coupling_type, start_time, &
-    time_increment, is_nonlocal, outer_law_type
+  public :: law_type, model_traits_type, law_traits_type, law_slot_type, batch_type, step_info_type, &
+    field_coupling_type, start_time, time_increment, is_nonlocal, outer_law_type, unnamed_states
 
   !> Status of a point: updated; not in a step of this length; not at all; and failure of the law itself, after which
   !> the run must end.
@@ -108,36 +108,40 @@ module qsmpm_law
     real(wp) :: strain_by_gradient(9) = 0.0_wp
   end type field_coupling_type
 
-  !> Properties of a law.
-  type :: law_traits_type
-    !> 2 or 3.
-    integer :: dimension = 0
+  !> Properties of a soil model in tensors, and of a law.
+  type :: model_traits_type
     !> Number of state variables of a point, in `state`; for the logarithmic kinematics the first are the
     !> elastic left Cauchy-Green tensor in stress order.
     integer :: state_count = 0
     !> Names of the state variables in results; those without a name are not written (state_count).
     type(string_type), allocatable :: state_names(:)
+    !> Advice for the user; unallocated if there is none.
+    character(len=:), allocatable :: advice
+    !> Whether it reports which points yield.
+    logical :: tells_yield = .true.
+    !> True when the consistent tangent is symmetric for every state.
+    logical :: symmetric = .false.
+    !> Young's modulus that scales stabilisation terms.
+    real(wp) :: stiffness_scale = 0.0_wp
+    !> Shear modulus that scales the resistance to volume changes inside a group of uniform pressure.
+    real(wp) :: shear_scale = 0.0_wp
+  end type model_traits_type
+
+  !> Properties of a law.
+  type, extends(model_traits_type) :: law_traits_type
+    !> 2 or 3.
+    integer :: dimension = 0
     !> Whether the law requires number, cell, position and cell size of its points.
     logical :: asks_where = .false.
     !> Internal length l of a nonlocal law, 0 for others, and the largest cell in which the field is used. Its last two
     !> state variables are kappa, the source of the field, and kbar, the field at the end of the step, which the caller
     !> sets in `state_start` (qsmpm_nonlocal_strain).
     real(wp) :: field_length = 0.0_wp, coarsest_cell = huge(1.0_wp)
-    !> Advice for the user; unallocated if there is none.
-    character(len=:), allocatable :: advice
-    !> Whether it reports which points yield.
-    logical :: tells_yield = .true.
     !> The model is a user model: its failure is error_user_material.
     logical :: of_user = .false.
-    !> True when the consistent tangent is symmetric for every state.
-    logical :: symmetric = .false.
     !> The strength limits the Kirchhoff stress, or J sigma with J from the start of the step; otherwise it limits the
     !> Cauchy stress.
     logical :: bounds_kirchhoff = .false.
-    !> Young's modulus that scales stabilisation terms.
-    real(wp) :: stiffness_scale = 0.0_wp
-    !> Shear modulus that scales the resistance to volume changes inside a group of uniform pressure.
-    real(wp) :: shear_scale = 0.0_wp
     !> Position used where none is given.
     real(wp) :: usual_place(3) = 0.0_wp
     !> Share of the elastic tangent blended into the consistent one, about 1e-5; 0 gives the
@@ -313,6 +317,17 @@ contains
     real(wp), intent(in) :: stress(:)
     real(wp), intent(inout) :: state(:)
   end subroutine keep_strength
+
+  !> Names of state variables that are not written.
+  pure function unnamed_states(count) result(names)
+    integer, intent(in) :: count
+    type(string_type) :: names(count)
+    integer :: i
+
+    do i = 1, count
+      names(i)%text = ''
+    end do
+  end function unnamed_states
 
   !> Index of a state variable, 0 where the law has none of that name.
   pure integer function state_place(self, name) result(place)

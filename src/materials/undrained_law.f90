@@ -13,7 +13,8 @@
 module qsmpm_undrained_law
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, tangent_none, outer_law_type
+  use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, tangent_none, outer_law_type, &
+    unnamed_states
   use qsmpm_tensor, only: determinant, inverse, unpack_gradient, gradient_row, gradient_column, gradient_size
   use qsmpm_text, only: real_text, string_type
   use qsmpm_undrained_parameters, only: undrained_type, water_stiffness, undrained_ratio, undrained_c, drainage_none, &
@@ -68,26 +69,12 @@ contains
     end if
     if (allocated(undrained%drainage)) wet%drainage = undrained%drainage
     wet%law_traits_type = law%law_traits_type
-    call name_states(law, wet)
+    wet%state_count = law%state_count + 1
+    if (.not. allocated(wet%state_names)) wet%state_names = unnamed_states(law%state_count)
+    wet%state_names = [wet%state_names, string_type(excess_pressure_name)]
     call move_alloc(law, wet%law)
     call move_alloc(wet, law)
   end subroutine make_undrained
-
-  !> Adds the excess pore pressure to the state variables.
-  subroutine name_states(law, wet)
-    class(law_type), intent(in) :: law
-    type(undrained_law_type), intent(inout) :: wet
-    type(string_type) :: names(law%state_count + 1)
-    integer :: i
-
-    do i = 1, law%state_count
-      names(i)%text = ''
-      if (allocated(law%state_names)) names(i)%text = law%state_names(i)%text
-    end do
-    names(i)%text = excess_pressure_name
-    wet%state_count = i
-    wet%state_names = names
-  end subroutine name_states
 
   !> Initialises the state: the given stress is effective, the excess pressure zero.
   subroutine start_at(self, stress, place, state)

@@ -10,7 +10,7 @@ module qsmpm_mesh_search
   use qsmpm_affine_cell, only: affine_map
   use qsmpm_tensor, only: cross
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: shape_functions, shape_gradients, inside_distance, local_centre, &
+  use qsmpm_element, only: shape_functions, inside_distance, local_centre, &
     face_count, corner_count, linear_kind, max_faces
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_size
@@ -58,8 +58,7 @@ contains
     local = local_centre(kind)
     ok = .false.
     do iteration = 1, most_iterations
-      call shape_functions(kind, local, functions(:n))
-      call shape_gradients(kind, local, gradients(:, :n))
+      call shape_functions(kind, local, functions(:n), gradients(:, :n))
       jacobian(:d, :d) = matmul(corner(:, :n), transpose(gradients(:, :n)))
       residual(:d) = from_corner - matmul(corner(:, :n), functions(:n))
       call solve_small(jacobian(:d, :d), residual(:d), move(:d), ok)

@@ -1,7 +1,7 @@
 !> Moving meshes: rows of nodes that follow a plate or a body, and the check whether a deformed mesh is inverted.
 module qsmpm_moving_rows
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: shape_gradients, full_rule, local_nodes, node_count
+  use qsmpm_element, only: shape_functions, full_rule, local_nodes, node_count
   use qsmpm_mesh, only: mesh_type
   use qsmpm_tensor, only: determinant, identity
   implicit none
@@ -94,7 +94,7 @@ contains
     real(wp), intent(in) :: local(:), corner(:, :)
     real(wp) :: gradients(size(local), size(corner, 2)), map(3, 3)
 
-    call shape_gradients(kind, local, gradients)
+    call shape_functions(kind, local, gradients=gradients)
     map = identity
     map(:size(local), :size(local)) = matmul(corner, transpose(gradients))
     jacobian = determinant(map)

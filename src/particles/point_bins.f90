@@ -2,6 +2,7 @@
 module qsmpm_point_bins
   use qsmpm_kinds, only: wp
   use qsmpm_sorting, only: list_by_key
+  use qsmpm_spatial_lists, only: box_number
   implicit none
   private
 
@@ -33,7 +34,7 @@ contains
     bins%edge = max((2.0_wp*product(max(extent, 1.0e-3_wp*maxval(extent)))/n)**(1.0_wp/d), &
       1.0e-3_wp*maxval(extent), tiny(1.0_wp)*1.0e9_wp)
     bins%counts(:d) = 1 + int(extent/bins%edge)
-    call list_by_key([(number_of(bins, bin_at(bins, positions(:, p))), p=1, n)], product(bins%counts), bins%first, &
+    call list_by_key([(box_number(bin_at(bins, positions(:, p)), bins%counts), p=1, n)], product(bins%counts), bins%first, &
       bins%point)
   end subroutine make_bins
 
@@ -50,15 +51,6 @@ contains
     at = 1 + int(min(max(share, 0.0_wp), real(bins%counts, wp)))
     at = min(at, bins%counts)
   end function bin_at
-
-  !> Number of a bin.
-  pure integer function number_of(bins, at) result(k)
-    type(point_bins_type), intent(in) :: bins
-    !> Index of the bin in each direction (3).
-    integer, intent(in) :: at(3)
-
-    k = at(1) + bins%counts(1)*(at(2) - 1 + bins%counts(2)*(at(3) - 1))
-  end function number_of
 
   !> Nearest point; of several at the same distance the one with the lowest number.
   pure integer function nearest_in_bins(bins, positions, x) result(nearest)
@@ -82,7 +74,7 @@ contains
         do j = low(2), high(2)
           do i = low(1), high(1)
             if (maxval(abs([i, j, k] - centre)) < ring) cycle
-            call look_into(bins, positions, x, number_of(bins, [i, j, k]), nearest, least)
+            call look_into(bins, positions, x, box_number([i, j, k], bins%counts), nearest, least)
           end do
         end do
       end do

@@ -27,16 +27,15 @@ contains
     !> Resulting points, sorted by number.
     class(carried_type), intent(inout), target :: got
     class(carried_type), allocatable, target :: come
-    real(wp), allocatable :: reals(:)
-    integer(long), allocatable :: longs(:)
+    integer(long), allocatable :: numbers(:)
     integer, allocatable :: stay(:), order(:)
     integer :: n
 
-    call exchange(stay, reals, longs, n)
+    call exchange(stay, numbers, n)
     allocate (come, mold=like)
     call allocate_like(like, n, come)
-    call unpack_points(reals, longs, like, come)
-    deallocate (reals, longs)
+    call unpack_points(numbers, like, come)
+    deallocate (numbers)
     order = number_order([points%number(stay), come%number])
     ! A process without points stores the same fields as the others from now on.
     call allocate_like(like, size(order), got)
@@ -45,68 +44,58 @@ contains
   contains
 
     !> Sends the fields of points and receives those that others send.
-    subroutine exchange(stay, their_reals, their_longs, count)
+    subroutine exchange(stay, theirs, count)
       !> Points that remain on this process.
       integer, allocatable, intent(out) :: stay(:)
       !> Values of the points of others, in the order of `pack_points`, and number of these points.
-      real(wp), allocatable, intent(out) :: their_reals(:)
-      integer(long), allocatable, intent(out) :: their_longs(:)
+      integer(long), allocatable, intent(out) :: theirs(:)
       integer, intent(out) :: count
-      real(wp), allocatable :: reals(:)
-      integer(long), allocatable :: longs(:)
-      integer :: first(team%ranks + 1), reals_each, longs_each, r, p
+      integer :: first(team%ranks + 1), each, r, p
       integer, allocatable :: their_first(:)
       logical :: leaves(size(goes, 1), size(goes, 2))
 
       stay = pack([(p, p=1, points%count)], goes(team%rank + 1, :))
       leaves = goes
       leaves(team%rank + 1, :) = .false.
-      call count_numbers(like, reals_each, longs_each)
+      each = numbers_of_point(like)
       first(1) = 1
       do r = 1, team%ranks
         first(r + 1) = first(r) + sum(merge(1, 0, leaves(r, :)))
       end do
-      call pack_points(leaves, reals, longs)
-      call hand_over(team, reals, (first - 1)*reals_each + 1, their_reals, their_first)
-      call hand_over(team, longs, (first - 1)*longs_each + 1, their_longs, their_first)
-      count = size(their_longs)/longs_each
+      call hand_over(team, pack_points(leaves, each), (first - 1)*each + 1, theirs, their_first)
+      count = size(theirs)/each
     end subroutine exchange
 
-    !> Packs the values of points, rank by rank, point by point.
-    subroutine pack_points(goes, reals, longs)
+    !> Packs the values of points, rank by rank, point by point; of reals their bits.
+    function pack_points(goes, each) result(numbers)
       !> (ranks, points)
       logical, intent(in) :: goes(:, :)
-      real(wp), allocatable, intent(out) :: reals(:)
-      integer(long), allocatable, intent(out) :: longs(:)
+      !> Values of a point.
+      integer, intent(in) :: each
+      integer(long), allocatable :: numbers(:)
       type(field_list_type) :: list, carried
-      integer :: i, p, r, nr, nl, n
+      integer :: i, p, r, n, m
 
-      call count_numbers(like, nr, nl)
-      allocate (reals(nr*count(goes)), longs(nl*count(goes)))
+      allocate (numbers(each*count(goes)))
       call points%list_fields(list)
       call like%list_fields(carried)
-      nr = 0
-      nl = 0
+      n = 0
       do r = 1, size(goes, 1)
         do p = 1, size(goes, 2)
           if (.not. goes(r, p)) cycle
           do i = 1, list%count
             if (carried%fields(i)%point_count() == 0) cycle
             associate (field => list%fields(i))
-              n = field%component_count()
-              if (associated(field%reals)) then
-                reals(nr + 1:nr + n) = field%reals(:, p)
-                nr = nr + n
-                cycle
-              end if
-              nl = nl + 1
-              if (associated(field%labels)) longs(nl) = field%labels(p)
-              if (associated(field%numbers)) longs(nl) = field%numbers(p)
+              m = field%component_count()
+              if (associated(field%reals)) numbers(n + 1:n + m) = transfer(field%reals(:, p), [0_long])
+              if (associated(field%labels)) numbers(n + 1) = field%labels(p)
+              if (associated(field%numbers)) numbers(n + 1) = field%numbers(p)
+              n = n + m
             end associate
           end do
         end do
       end do
-    end subroutine pack_points
+    end function pack_points
 
     !> Combines the points that remain and the received ones in one order.
     subroutine gather_points(stay, come, order)
@@ -135,51 +124,39 @@ contains
     end subroutine gather_points
   end subroutine deliver_points
 
-  !> Counts the reals and integers of a point.
-  subroutine count_numbers(like, reals, longs)
+  !> Number of values of a point.
+  integer function numbers_of_point(like) result(number)
     class(carried_type), intent(in), target :: like
-    integer, intent(out) :: reals, longs
     type(field_list_type) :: list
     integer :: i
 
-    reals = 0
-    longs = 0
+    number = 0
     call like%list_fields(list)
     do i = 1, list%count
-      associate (field => list%fields(i))
-        if (field%point_count() == 0) cycle
-        if (associated(field%reals)) reals = reals + field%component_count()
-        if (associated(field%labels) .or. associated(field%numbers)) longs = longs + 1
-      end associate
+      if (list%fields(i)%point_count() > 0) number = number + list%fields(i)%component_count()
     end do
-  end subroutine count_numbers
+  end function numbers_of_point
 
   !> Unpacks values into points.
-  subroutine unpack_points(reals, longs, like, points)
-    real(wp), intent(in) :: reals(:)
-    integer(long), intent(in) :: longs(:)
+  subroutine unpack_points(numbers, like, points)
+    integer(long), intent(in) :: numbers(:)
     class(carried_type), intent(in), target :: like
     class(carried_type), intent(inout), target :: points
     type(field_list_type) :: list, carried
-    integer :: i, p, nr, nl, n
+    integer :: i, p, n, m
 
     call points%list_fields(list)
     call like%list_fields(carried)
-    nr = 0
-    nl = 0
+    n = 0
     do p = 1, points%count
       do i = 1, list%count
         if (carried%fields(i)%point_count() == 0) cycle
         associate (field => list%fields(i))
-          n = field%component_count()
-          if (associated(field%reals)) then
-            field%reals(:, p) = reals(nr + 1:nr + n)
-            nr = nr + n
-            cycle
-          end if
-          nl = nl + 1
-          if (associated(field%labels)) field%labels(p) = int(longs(nl))
-          if (associated(field%numbers)) field%numbers(p) = longs(nl)
+          m = field%component_count()
+          if (associated(field%reals)) field%reals(:, p) = transfer(numbers(n + 1:n + m), [0.0_wp])
+          if (associated(field%labels)) field%labels(p) = int(numbers(n + 1))
+          if (associated(field%numbers)) field%numbers(p) = numbers(n + 1)
+          n = n + m
         end associate
       end do
     end do

@@ -11,6 +11,7 @@ module qsmpm_point_location
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_points, only: carried_type, points_type
+  use qsmpm_sorting, only: list_by_key
   use qsmpm_error, only: error_type, fail, error_left_mesh
   use qsmpm_rounded_text, only: rounded_text
   implicit none
@@ -114,7 +115,7 @@ contains
     end do
   end subroutine classify_cells
 
-  !> Sorts the points by cell, then material (counting sort).
+  !> Sorts the points by cell, then material.
   pure subroutine sort_by_cell(cell_count, points, activation, occupied)
     !> Number of cells.
     integer, intent(in) :: cell_count
@@ -123,37 +124,20 @@ contains
     !> Cells that are active without a point (cell_count).
     logical, intent(in), optional :: occupied(:)
     logical :: active(cell_count)
-    integer :: owned(cell_count), place(cell_count)
-    integer :: c, k, m, p
+    integer, allocatable :: first(:), by_material(:), by_cell(:)
+    integer :: c, n
 
-    owned = 0
-    do p = 1, points%count
-      owned(points%cell(p)) = owned(points%cell(p)) + 1
-    end do
-    active = owned > 0
+    n = points%count
+    call list_by_key(points%material(:n), maxval([0, points%material(:n)]), first, by_material)
+    call list_by_key(points%cell(by_material), cell_count, first, by_cell)
+    activation%point = by_material(by_cell)
+    active = first(2:) > first(:cell_count)
     if (present(occupied)) active = active .or. occupied
-    activation%active_count = count(active)
-    allocate (activation%active_cell(activation%active_count), activation%active_number(cell_count))
-    allocate (activation%first(activation%active_count + 1), activation%point(points%count))
-    activation%active_number = 0
-    activation%first(1) = 1
-    k = 0
-    do c = 1, cell_count
-      if (.not. active(c)) cycle
-      k = k + 1
-      activation%active_cell(k) = c
-      activation%active_number(c) = k
-      activation%first(k + 1) = activation%first(k) + owned(c)
-      place(c) = activation%first(k)
-    end do
-    do m = 1, maxval(points%material)
-      do p = 1, points%count
-        if (points%material(p) /= m) cycle
-        c = points%cell(p)
-        activation%point(place(c)) = p
-        place(c) = place(c) + 1
-      end do
-    end do
+    activation%active_cell = pack([(c, c=1, cell_count)], active)
+    activation%active_count = size(activation%active_cell)
+    activation%first = [first(activation%active_cell), n + 1]
+    allocate (activation%active_number(cell_count), source=0)
+    activation%active_number(activation%active_cell) = [(c, c=1, activation%active_count)]
   end subroutine sort_by_cell
 
   !> Determines the owner cells again after a displacement or a change of the mesh.

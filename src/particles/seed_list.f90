@@ -53,29 +53,17 @@ contains
     type(seed_list_type), intent(inout) :: list
     !> 2 or 3.
     integer, intent(in) :: dimension
-    type(seed_list_type) :: longer
-    integer :: room, n
+    integer :: room
 
-    room = 0
-    if (allocated(list%cell)) room = size(list%cell)
-    n = list%count
-    if (n < room) return
-    room = max(256, 2*room)
-    allocate (longer%cell(room), longer%body(room), longer%found_in(room), longer%local(dimension, room), &
-      longer%volume(room), longer%vector(dimension, room))
-    if (n > 0) then
-      longer%cell(:n) = list%cell(:n)
-      longer%body(:n) = list%body(:n)
-      longer%found_in(:n) = list%found_in(:n)
-      longer%local(:, :n) = list%local(:, :n)
-      longer%volume(:n) = list%volume(:n)
-      longer%vector(:, :n) = list%vector(:, :n)
-    end if
-    call move_alloc(longer%cell, list%cell)
-    call move_alloc(longer%body, list%body)
-    call move_alloc(longer%found_in, list%found_in)
-    call move_alloc(longer%local, list%local)
-    call move_alloc(longer%volume, list%volume)
-    call move_alloc(longer%vector, list%vector)
+    if (.not. allocated(list%cell)) allocate (list%cell(0), list%body(0), list%found_in(0), &
+      list%local(dimension, 0), list%volume(0), list%vector(dimension, 0))
+    if (list%count < size(list%cell)) return
+    room = max(256, 2*list%count)
+    list%cell = reshape(list%cell, [room], pad=[0])
+    list%body = reshape(list%body, [room], pad=[0])
+    list%found_in = reshape(list%found_in, [room], pad=[0])
+    list%local = reshape(list%local, [dimension, room], pad=[0.0_wp])
+    list%volume = reshape(list%volume, [room], pad=[0.0_wp])
+    list%vector = reshape(list%vector, [dimension, room], pad=[0.0_wp])
   end subroutine make_room
 end module qsmpm_seed_list

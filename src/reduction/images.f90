@@ -8,7 +8,7 @@ module qsmpm_images
   use qsmpm_mesh_description, only: axis_type
   use qsmpm_field_list, only: field_type, field_list_type, kind_amount, kind_position, kind_vector, kind_tensor, &
     kind_internal
-  use qsmpm_grid_window, only: window_type
+  use qsmpm_grid_window, only: window_type, place_of, number_at
   use qsmpm_points, only: points_type, allocate_points, carry_as
   use qsmpm_reduction, only: reduction_type, expansion_type, reduce_prismatic, reduce_revolved, reduce_column, &
     reduce_mirror
@@ -45,12 +45,10 @@ contains
     do s = size(expansion%steps), 1, -1
       before = images
       select case (expansion%steps(s)%kind)
-      case (reduce_prismatic)
-        call undo_prismatic(expansion%steps(s), before, images)
+      case (reduce_prismatic, reduce_column)
+        call undo_repeated(expansion%steps(s), before, images)
       case (reduce_revolved)
         call undo_revolved(expansion%steps(s), before, images)
-      case (reduce_column)
-        call undo_column(expansion%steps(s), before, images)
       case (reduce_mirror)
         call undo_mirror(expansion%steps(s), before, images)
       end select
@@ -143,28 +141,13 @@ contains
     end do
   end subroutine map_coordinate
 
-  !> Position of a cell in its grid: part of the brick, then brick along each axis, all from 0.
-  pure function cell_place(cell, pieces, counts) result(place)
-    !> Number of the cell, cells per brick, bricks along each axis.
-    integer, intent(in) :: cell, pieces, counts(3)
-    integer :: place(4), rest
+  !> Number of the cell in a brick that is the image of a part of another brick.
+  pure integer function image_cell(at, counts, pieces, cell) result(number)
+    !> Brick along each axis, bricks along each axis, cells per brick, and the cell of the other brick.
+    integer, intent(in) :: at(3), counts(3), pieces, cell
 
-    rest = cell - 1
-    place(1) = mod(rest, pieces)
-    rest = rest/pieces
-    place(2) = mod(rest, counts(1))
-    rest = rest/counts(1)
-    place(3) = mod(rest, counts(2))
-    place(4) = rest/counts(2)
-  end function cell_place
-
-  !> Number of the cell at a position.
-  pure integer function cell_number(place, pieces, counts)
-    !> As for `cell_place`.
-    integer, intent(in) :: place(4), pieces, counts(3)
-
-    cell_number = 1 + place(1) + pieces*(place(2) + counts(1)*(place(3) + counts(2)*place(4)))
-  end function cell_number
+    number = (number_at(at, counts) - 1)*pieces + mod(cell - 1, pieces) + 1
+  end function image_cell
 
   !> Number of bricks along each axis of a grid.
   pure function brick_counts(lines) result(counts)
@@ -178,44 +161,50 @@ contains
     end do
   end function brick_counts
 
-  !> Generates layers through the thickness.
-  subroutine undo_prismatic(step, flat, images)
+  !> Repeats points along the axis of the step: in layers through the thickness, or from column to column. Nothing moves
+  !> along the axis, so that the positions in the column apply to all.
+  subroutine undo_repeated(step, few, images)
     type(reduction_type), intent(in) :: step
-    !> Points of the plane.
-    type(image_list_type), intent(in) :: flat
+    !> Points of the plane or of the column.
+    type(image_list_type), intent(in) :: few
     !> Points of the scene.
     type(image_list_type), intent(out) :: images
     integer, allocatable :: source(:), cells(:)
-    real(wp), allocatable :: share(:), z(:)
-    integer :: i, k, l, n, counts(3), place(4)
+    real(wp), allocatable :: share(:), x(:)
+    real(wp) :: width
+    integer :: i, k, l, n, counts(3), few_counts(3), at(3)
 
     counts = brick_counts(step%lines)
+    few_counts = counts
+    few_counts(step%axis) = 1
     n = 0
-    do i = 1, flat%points%count
-      n = n + counts(3)*size(step%layers(flat%points%body(i))%place)
+    do i = 1, few%points%count
+      n = n + counts(step%axis)*size(step%layers(few%points%body(i))%place)
     end do
-    allocate (source(n), cells(n), share(n), z(n))
+    allocate (source(n), cells(n), share(n), x(n))
     n = 0
-    associate (lines => step%lines(3)%lines)
-      do i = 1, flat%points%count
-        associate (layers => step%layers(flat%points%body(i)))
-          place = cell_place(flat%points%cell(i), step%pieces, [counts(1:2), 1])
-          do k = 1, counts(3)
+    associate (a => step%axis, lines => step%lines(step%axis)%lines)
+      ! The volumes of a column are those of its width, those of a plane of the unit thickness.
+      width = merge(1.0_wp, lines(2) - lines(1), step%kind == reduce_prismatic)
+      do i = 1, few%points%count
+        at = place_of((few%points%cell(i) - 1)/step%pieces + 1, few_counts)
+        associate (layers => step%layers(few%points%body(i)))
+          do k = 1, counts(a)
+            at(a) = k
             do l = 1, size(layers%place)
               n = n + 1
               source(n) = i
-              share(n) = layers%share(l)*(lines(k + 1) - lines(k))
-              z(n) = lines(k) + layers%place(l)*(lines(k + 1) - lines(k))
-              place(4) = k - 1
-              cells(n) = cell_number(place, step%pieces, counts)
+              share(n) = layers%share(l)*((lines(k + 1) - lines(k))/width)
+              x(n) = lines(k) + layers%place(l)*(lines(k + 1) - lines(k))
+              cells(n) = image_cell(at, counts, step%pieces, few%points%cell(i))
             end do
           end do
         end associate
       end do
+      call replicate(few, source, share, cells, images)
+      call map_coordinate(images, a, lines(1), x, merge(0.0_wp, share, step%kind == reduce_prismatic))
     end associate
-    call replicate(flat, source, share, cells, images)
-    call map_coordinate(images, 3, 0.0_wp, z, spread(0.0_wp, 1, n))
-  end subroutine undo_prismatic
+  end subroutine undo_repeated
 
   !> Generates points around the axis at about the spacing of those in the half section.
   subroutine undo_revolved(step, flat, images)
@@ -227,7 +216,7 @@ contains
     type(field_list_type) :: list
     integer, allocatable :: source(:)
     real(wp), allocatable :: angle(:)
-    integer :: i, k, n, copies(flat%points%count), counts(3), place(4)
+    integer :: i, k, n, copies(flat%points%count), counts(3), at(3)
     real(wp) :: sector
 
     sector = step%sector(2) - step%sector(1)
@@ -253,9 +242,8 @@ contains
     end do
     associate (points => images%points)
       do i = 1, n
-        place = [0, interval(step%lines(1)%lines, points%position(1, i)), &
-          interval(step%lines(2)%lines, points%position(2, i)), interval(step%lines(3)%lines, points%position(3, i))]
-        points%cell(i) = cell_number(place, 1, counts)
+        at = [(interval(step%lines(k)%lines, points%position(k, i)), k=1, 3)]
+        points%cell(i) = number_at(at, counts)
       end do
     end associate
   end subroutine undo_revolved
@@ -295,45 +283,13 @@ contains
       c*s*(tensor(1) - tensor(3)), s*tensor(4)]
   end function turned_tensor
 
-  !> Interval of lines that contains a place, from 0.
+  !> Interval of lines that contains a place.
   pure integer function interval(lines, x)
     !> Increasing lines; the place.
     real(wp), intent(in) :: lines(:), x
 
-    interval = max(0, min(size(lines) - 2, count(lines <= x) - 1))
+    interval = max(1, min(size(lines) - 1, count(lines <= x)))
   end function interval
-
-  !> Repeats the column. Nothing moves along x, so that the positions of the column apply to all.
-  subroutine undo_column(step, column, images)
-    type(reduction_type), intent(in) :: step
-    !> Points of the column.
-    type(image_list_type), intent(in) :: column
-    !> Points of the scene.
-    type(image_list_type), intent(out) :: images
-    integer :: i, k, n, counts(3), place(4)
-    integer, allocatable :: source(:), cells(:)
-    real(wp), allocatable :: ratio(:), x(:)
-
-    counts = brick_counts(step%lines)
-    n = column%points%count*counts(1)
-    allocate (source(n), cells(n), ratio(n), x(n))
-    n = 0
-    associate (lines => step%lines(1)%lines)
-      do i = 1, column%points%count
-        place = cell_place(column%points%cell(i), step%pieces, [1, counts(2:3)])
-        do k = 1, counts(1)
-          n = n + 1
-          source(n) = i
-          ratio(n) = (lines(k + 1) - lines(k))/(lines(2) - lines(1))
-          x(n) = lines(k)
-          place(2) = k - 1
-          cells(n) = cell_number(place, step%pieces, counts)
-        end do
-      end do
-      call replicate(column, source, ratio, cells, images)
-      call map_coordinate(images, 1, lines(1), x, ratio)
-    end associate
-  end subroutine undo_column
 
   !> Appends the mirror image to the half.
   subroutine undo_mirror(step, half, images)
@@ -343,7 +299,7 @@ contains
     !> Points of the scene.
     type(image_list_type), intent(out), target :: images
     type(field_list_type) :: list
-    integer :: i, n, counts(3), half_counts(3), place(4), cells(2*half%points%count)
+    integer :: i, n, counts(3), half_counts(3), at(3), cells(2*half%points%count)
 
     counts = brick_counts(step%lines)
     half_counts = counts
@@ -351,10 +307,10 @@ contains
     associate (a => step%axis)
       half_counts(a) = counts(a)/2
       do i = 1, n
-        place = cell_place(half%points%cell(i), step%pieces, half_counts)
-        cells(i) = cell_number(place, step%pieces, counts)
-        place(a + 1) = counts(a) - 1 - place(a + 1)
-        cells(n + i) = cell_number(place, step%pieces, counts)
+        at = place_of((half%points%cell(i) - 1)/step%pieces + 1, half_counts)
+        cells(i) = image_cell(at, counts, step%pieces, half%points%cell(i))
+        at(a) = counts(a) + 1 - at(a)
+        cells(n + i) = image_cell(at, counts, step%pieces, half%points%cell(i))
       end do
       call replicate(half, [(i, i=1, n), (i, i=1, n)], spread(1.0_wp, 1, 2*n), cells, images)
       images%points%body = [step%body(half%points%body), step%image_body(half%points%body)]

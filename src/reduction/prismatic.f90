@@ -26,7 +26,7 @@ module qsmpm_prismatic
   use qsmpm_element, only: element_from_name, seed_rule, full_rule
   use qsmpm_error, only: error_type
   use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector
-  use qsmpm_reduction, only: reduction_type, reduce_prismatic, begin_reduction, reduce_column
+  use qsmpm_reduction, only: reduction_type, layers_type, reduce_prismatic, begin_reduction, reduce_column
   use qsmpm_loaded_surfaces, only: drop_unused, require_level_water, require_loads_uniform
   use qsmpm_rigid_symmetry, only: flatten_rigid_bodies, reduce_rigid_history, require_rigid_uniform
   use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, covers_axis, require_local_histories, &
@@ -496,6 +496,11 @@ contains
     integer :: s
 
     call begin_reduction(scene, reduce_column, 1, step)
+    ! The points of the column are those of one interval of its lines.
+    allocate (step%layers(size(scene%bodies)))
+    do s = 1, size(scene%bodies)
+      step%layers(s) = layers_type([0.0_wp], [1.0_wp])
+    end do
     associate (lines => scene%mesh%axes(1)%lines)
       step%factor = (lines(size(lines)) - lines(1))/(lines(2) - lines(1))
     end associate

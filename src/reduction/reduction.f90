@@ -35,7 +35,7 @@ module qsmpm_reduction
     integer :: pieces = 1
     !> Coordinate of a mirror plane; axis of a figure of revolution: x and z, and its sector in radians.
     real(wp) :: plane = 0.0_wp, centre(2) = 0.0_wp, sector(2) = 0.0_wp
-    !> Layers through the thickness of the points of each body of the smaller scene (bodies).
+    !> Layers of the points of each body of the smaller scene between two lines of a repeated axis (bodies).
     type(layers_type), allocatable :: layers(:)
     !> Body of the scene that corresponds to each body of the smaller scene, and that of its mirror image (bodies).
     integer, allocatable :: body(:), image_body(:)

@@ -16,7 +16,7 @@ module qsmpm_equations
   implicit none
   private
 
-  public :: equations_type, number_equations, one_triangle, gather, scatter
+  public :: equations_type, number_equations, one_triangle, equations_of, gather, scatter
 
   !> Numbering, pattern and positions of the blocks of each patch.
   type :: equations_type
@@ -269,6 +269,20 @@ contains
       if (numbers(c) > 0) equation = numbers(c)
     end do
   end function first_equation
+
+  !> Returns which equations are those of the given nodes.
+  pure function equations_of(equations, nodes) result(theirs)
+    type(equations_type), intent(in) :: equations
+    !> (nodes)
+    logical, intent(in) :: nodes(:)
+    logical :: theirs(equations%count)
+    integer :: a
+
+    theirs = .false.
+    do a = 1, size(nodes)
+      if (nodes(a)) theirs(pack(equations%number(:, a), equations%number(:, a) > 0)) = .true.
+    end do
+  end function equations_of
 
   !> Gathers the free components of nodal values.
   pure subroutine gather(equations, field, vector)

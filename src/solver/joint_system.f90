@@ -12,7 +12,7 @@ module qsmpm_joint_system
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of
   use qsmpm_method_description, only: solver_choice_type, solver_petsc
-  use qsmpm_equations, only: equations_type, number_equations, one_triangle
+  use qsmpm_equations, only: equations_type, number_equations, one_triangle, equations_of
   use qsmpm_error, only: error_type, fail, error_other
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system, factorise_system, solve_system, &
@@ -86,7 +86,7 @@ contains
     joint%labels = labels
     joint%owner = owner
     joint%own_places = places
-    joint%common = common_equations(equations, labels)
+    joint%common = equations_of(equations, labels < 0)
     joint%together = equations%solver_kind == solver_petsc .and. with_petsc()
     if (joint%together .and. any(joint%common)) then
       joint%together = .false.
@@ -103,21 +103,6 @@ contains
     joint%together = .false.
     call put_together(joint, team, system, equations, matrix, error)
   end subroutine start_joint_system
-
-  !> Returns the equations of unknowns that belong to no node.
-  pure function common_equations(equations, labels) result(common)
-    type(equations_type), intent(in) :: equations
-    integer, intent(in) :: labels(:)
-    logical :: common(equations%count)
-    integer :: a, c
-
-    common = .false.
-    do a = 1, size(labels)
-      do c = 1, size(equations%number, 1)
-        if (equations%number(c, a) > 0) common(equations%number(c, a)) = labels(a) < 0
-      end do
-    end do
-  end function common_equations
 
   !> Starts the library on all processes at the same time, as it requires; later the first one may call it alone.
   subroutine start_petsc(joint, error)
@@ -360,14 +345,9 @@ contains
     integer(long), allocatable :: entries(:), all_entries(:)
     integer, allocatable :: first(:)
     logical :: common(joint%count)
-    integer :: a, c, i
+    integer :: i
 
-    own_equation = .false.
-    do a = 1, size(own)
-      do c = 1, size(equations%number, 1)
-        if (equations%number(c, a) > 0) own_equation(equations%number(c, a)) = own(a)
-      end do
-    end do
+    own_equation = equations_of(equations, own)
     joint%own = pack([(i, i=1, equations%count)], own_equation)
     call collect(team, int(joint%number(joint%own), long), joint%own_number, first)
     call list_entries(matrix, joint%number, own_equation, joint%common, one_triangle(joint%equations), joint%sent, &

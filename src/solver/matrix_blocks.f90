@@ -41,64 +41,9 @@ contains
     !> (dimension, nodes, dimension, nodes)
     real(wp), contiguous, intent(in) :: block(:, :, :, :)
     type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: n, node, pair
 
-    n = size(block, 2)
-    node = equations%connectivity%first(stencil)
-    pair = equations%pair_first(stencil)
-    call add_pairs(size(block, 1), n, equations%connectivity%nodes(node:node + n - 1), &
-      equations%pair_offset(pair:pair + n*n - 1), equations%number, matrix%symmetric, matrix%row_first, block, &
-      matrix%values)
+    call add_nodes(equations, stencil, size(block, 1), size(block, 2), 1, size(block, 1), block, matrix)
   end subroutine add_block
-
-  !> Adds the block of a patch to the plain arrays of the equations and the matrix.
-  pure subroutine add_pairs(d, n, nodes, offset, number, symmetric, row_first, block, values)
-    !> Numbers of components and nodes.
-    integer, intent(in) :: d, n
-    !> As in equations_type: nodes and pair offsets of the patch; all equation numbers.
-    integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
-    !> As in sparse_matrix_type.
-    logical, intent(in) :: symmetric
-    integer, intent(in) :: row_first(*)
-    real(wp), intent(in) :: block(d, n, d, n)
-    real(wp), intent(inout) :: values(*)
-    integer :: a, b, row_end(d, n), at
-    logical :: free(n)
-
-    call find_row_ends(d, n, nodes, number, row_first, row_end, free)
-    do b = 1, n
-      do a = 1, n
-        if (offset(a, b) == 0) cycle
-        if (.not. (free(a) .and. free(b)) .or. (symmetric .and. a == b)) then
-          call add_pair(d, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, row_first, &
-            block(:, a, :, b), values)
-          cycle
-        end if
-        ! Unrolled: loops of length two and three cost more than their content.
-        if (d == 3) then
-          at = row_end(1, a) - offset(a, b)
-          values(at) = values(at) + block(1, a, 1, b)
-          values(at + 1) = values(at + 1) + block(1, a, 2, b)
-          values(at + 2) = values(at + 2) + block(1, a, 3, b)
-          at = row_end(2, a) - offset(a, b)
-          values(at) = values(at) + block(2, a, 1, b)
-          values(at + 1) = values(at + 1) + block(2, a, 2, b)
-          values(at + 2) = values(at + 2) + block(2, a, 3, b)
-          at = row_end(3, a) - offset(a, b)
-          values(at) = values(at) + block(3, a, 1, b)
-          values(at + 1) = values(at + 1) + block(3, a, 2, b)
-          values(at + 2) = values(at + 2) + block(3, a, 3, b)
-        else
-          at = row_end(1, a) - offset(a, b)
-          values(at) = values(at) + block(1, a, 1, b)
-          values(at + 1) = values(at + 1) + block(1, a, 2, b)
-          at = row_end(2, a) - offset(a, b)
-          values(at) = values(at) + block(2, a, 1, b)
-          values(at + 1) = values(at + 1) + block(2, a, 2, b)
-        end if
-      end do
-    end do
-  end subroutine add_pairs
 
   !> Adds a dense block in the form given by products over nodes, (nodes, dimension, dimension, nodes).
   pure subroutine add_products(equations, stencil, block, matrix)
@@ -106,83 +51,74 @@ contains
     integer, intent(in) :: stencil
     real(wp), contiguous, intent(in) :: block(:, :, :, :)
     type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: n, node, pair
 
-    n = size(block, 1)
-    node = equations%connectivity%first(stencil)
-    pair = equations%pair_first(stencil)
-    call add_planes(size(block, 2), n, equations%connectivity%nodes(node:node + n - 1), &
-      equations%pair_offset(pair:pair + n*n - 1), equations%number, matrix%symmetric, matrix%row_first, block, &
-      matrix%values)
+    call add_nodes(equations, stencil, size(block, 2), size(block, 1), size(block, 1), 1, block, matrix)
   end subroutine add_products
 
-  !> Adds the block to the plain arrays.
-  pure subroutine add_planes(d, n, nodes, offset, number, symmetric, row_first, block, values)
-    !> Numbers of components and nodes.
-    integer, intent(in) :: d, n
-    !> As for `add_pairs`.
+  !> Adds the block of a patch to the plain arrays of the equations and the matrix.
+  pure subroutine add_nodes(equations, stencil, d, n, to_component, to_node, block, matrix)
+    type(equations_type), intent(in) :: equations
+    !> Number of the patch, numbers of components and nodes, distance of the entries of the next component and of the
+    !> next node.
+    integer, intent(in) :: stencil, d, n, to_component, to_node
+    real(wp), intent(in) :: block(d*n*d*n)
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: node, pair
+
+    node = equations%connectivity%first(stencil)
+    pair = equations%pair_first(stencil)
+    call add_pairs(d, n, to_component, to_node, equations%connectivity%nodes(node:node + n - 1), &
+      equations%pair_offset(pair:pair + n*n - 1), equations%number, matrix%symmetric, matrix%row_first, block, &
+      matrix%values)
+  end subroutine add_nodes
+
+  !> Adds the pairs of nodes of a patch.
+  pure subroutine add_pairs(d, n, to_component, to_node, nodes, offset, number, symmetric, row_first, block, values)
+    !> As for `add_nodes`.
+    integer, intent(in) :: d, n, to_component, to_node
+    !> As in equations_type: nodes and pair offsets of the patch; all equation numbers.
     integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
+    !> As in sparse_matrix_type.
     logical, intent(in) :: symmetric
     integer, intent(in) :: row_first(*)
-    real(wp), intent(in) :: block(n, d, d, n)
+    real(wp), intent(in) :: block(d*n*d*n)
     real(wp), intent(inout) :: values(*)
-    integer :: a, b, row_end(d, n), at
-    logical :: free(n)
+    integer :: a, b, row_end(d, n), at, k, column
+    logical :: free(n), by_rows
 
     call find_row_ends(d, n, nodes, number, row_first, row_end, free)
-    if (d == 3 .and. n >= fewest_of_rows) then
-      call add_rows(n, offset, row_end, symmetric, block, values)
-      if (symmetric) call add_diagonal_pairs(d, n, nodes, offset, number, row_first, block, values)
-      return
-    end if
+    by_rows = to_node == 1 .and. d == 3 .and. n >= fewest_of_rows
+    if (by_rows) call add_rows(n, offset, row_end, symmetric, block, values)
+    if (by_rows .and. .not. symmetric) return
+    column = d*n
     do b = 1, n
-      do a = 1, n
+      do a = merge(b, 1, by_rows), merge(b, n, by_rows)
         if (offset(a, b) == 0) cycle
+        k = 1 + (a - 1)*to_node + (b - 1)*d*column
         if (.not. (free(a) .and. free(b)) .or. (symmetric .and. a == b)) then
-          call add_pair(d, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, row_first, &
-            block(a, :, :, b), values)
+          call add_pair(d, to_component, column, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, &
+            row_first, block(k:), values)
           cycle
         end if
-        if (d == 3) then
-          at = row_end(1, a) - offset(a, b)
-          values(at) = values(at) + block(a, 1, 1, b)
-          values(at + 1) = values(at + 1) + block(a, 1, 2, b)
-          values(at + 2) = values(at + 2) + block(a, 1, 3, b)
-          at = row_end(2, a) - offset(a, b)
-          values(at) = values(at) + block(a, 2, 1, b)
-          values(at + 1) = values(at + 1) + block(a, 2, 2, b)
-          values(at + 2) = values(at + 2) + block(a, 2, 3, b)
-          at = row_end(3, a) - offset(a, b)
-          values(at) = values(at) + block(a, 3, 1, b)
-          values(at + 1) = values(at + 1) + block(a, 3, 2, b)
-          values(at + 2) = values(at + 2) + block(a, 3, 3, b)
-        else
-          at = row_end(1, a) - offset(a, b)
-          values(at) = values(at) + block(a, 1, 1, b)
-          values(at + 1) = values(at + 1) + block(a, 1, 2, b)
-          at = row_end(2, a) - offset(a, b)
-          values(at) = values(at) + block(a, 2, 1, b)
-          values(at + 1) = values(at + 1) + block(a, 2, 2, b)
-        end if
+        ! Unrolled: loops of length two and three cost more than their content.
+        at = row_end(1, a) - offset(a, b)
+        values(at) = values(at) + block(k)
+        values(at + 1) = values(at + 1) + block(k + column)
+        if (d == 3) values(at + 2) = values(at + 2) + block(k + 2*column)
+        k = k + to_component
+        at = row_end(2, a) - offset(a, b)
+        values(at) = values(at) + block(k)
+        values(at + 1) = values(at + 1) + block(k + column)
+        if (d == 2) cycle
+        values(at + 2) = values(at + 2) + block(k + 2*column)
+        k = k + to_component
+        at = row_end(3, a) - offset(a, b)
+        values(at) = values(at) + block(k)
+        values(at + 1) = values(at + 1) + block(k + column)
+        values(at + 2) = values(at + 2) + block(k + 2*column)
       end do
     end do
-  end subroutine add_planes
-
-  !> Adds the pairs of nodes on the diagonal, of which one triangle is stored.
-  pure subroutine add_diagonal_pairs(d, n, nodes, offset, number, row_first, block, values)
-    !> Numbers of components and nodes.
-    integer, intent(in) :: d, n
-    !> As for `add_pairs`.
-    integer, intent(in) :: nodes(n), offset(n, n), number(d, *), row_first(*)
-    real(wp), intent(in) :: block(n, d, d, n)
-    real(wp), intent(inout) :: values(*)
-    integer :: a
-
-    do a = 1, n
-      if (offset(a, a) /= 0) call add_pair(d, number(:, nodes(a)), number(:, nodes(a)), offset(a, a), .true., &
-        row_first, block(a, :, :, a), values)
-    end do
-  end subroutine add_diagonal_pairs
+  end subroutine add_pairs
 
   !> Finds the ends of the rows of the nodes of a patch and the nodes with only free components.
   pure subroutine find_row_ends(d, n, nodes, number, row_first, row_end, free)
@@ -206,14 +142,15 @@ contains
   end subroutine find_row_ends
 
   !> Adds the block of a pair of nodes with components without equation or position.
-  pure subroutine add_pair(d, rows, columns, offset, symmetric, row_first, block, values)
-    integer, intent(in) :: d
+  pure subroutine add_pair(d, to_row, to_column, rows, columns, offset, symmetric, row_first, block, values)
+    !> Number of components; distance of the entries of the next row and of the next column.
+    integer, intent(in) :: d, to_row, to_column
     !> Equations of the two nodes; offset of the pair.
     integer, intent(in) :: rows(d), columns(d), offset
     !> As in sparse_matrix_type.
     logical, intent(in) :: symmetric
     integer, intent(in) :: row_first(*)
-    real(wp), intent(in) :: block(d, d)
+    real(wp), intent(in) :: block(*)
     real(wp), intent(inout) :: values(*)
     integer :: i, j, place, least
 
@@ -223,7 +160,7 @@ contains
       least = merge(rows(i), 1, symmetric)
       do j = 1, d
         if (columns(j) == 0) cycle
-        if (columns(j) >= least) values(place) = values(place) + block(i, j)
+        if (columns(j) >= least) values(place) = values(place) + block(1 + (i - 1)*to_row + (j - 1)*to_column)
         place = place + 1
       end do
     end do
@@ -236,51 +173,17 @@ contains
     !> (nodes or more, nodes or more)
     real(wp), contiguous, intent(in) :: block(:, :)
     type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: n, node, pair
+    real(wp), allocatable :: full(:, :, :, :)
+    integer :: c, d, n
 
-    node = equations%connectivity%first(stencil)
-    n = equations%connectivity%first(stencil + 1) - node
-    pair = equations%pair_first(stencil)
-    call add_scalars(size(equations%number, 1), n, size(block, 1), equations%connectivity%nodes(node:node + n - 1), &
-      equations%pair_offset(pair:pair + n*n - 1), equations%number, matrix%symmetric, matrix%row_first, block, &
-      matrix%values)
-  end subroutine add_scalar_block
-
-  !> Adds the block to the plain arrays.
-  pure subroutine add_scalars(d, n, most, nodes, offset, number, symmetric, row_first, block, values)
-    !> Numbers of components and nodes; rows of the block.
-    integer, intent(in) :: d, n, most
-    !> As for `add_pairs`.
-    integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
-    logical, intent(in) :: symmetric
-    integer, intent(in) :: row_first(*)
-    real(wp), intent(in) :: block(most, *)
-    real(wp), intent(inout) :: values(*)
-    integer :: a, b, c, before, row_end(d, n), at
-    logical :: free(n)
-
-    call find_row_ends(d, n, nodes, number, row_first, row_end, free)
-    do b = 1, n
-      do a = 1, n
-        if (offset(a, b) == 0) cycle
-        if (free(a) .and. free(b)) then
-          do c = 1, d
-            at = row_end(c, a) - offset(a, b) + c - 1
-            values(at) = values(at) + block(a, b)
-          end do
-          cycle
-        end if
-        before = 0
-        do c = 1, d
-          if (number(c, nodes(b)) == 0) cycle
-          at = row_end(c, a) - offset(a, b) + before
-          if (row_end(c, a) > 0 .and. .not. (symmetric .and. number(c, nodes(b)) < number(c, nodes(a)))) &
-            values(at) = values(at) + block(a, b)
-          before = before + 1
-        end do
-      end do
+    d = size(equations%number, 1)
+    n = equations%connectivity%first(stencil + 1) - equations%connectivity%first(stencil)
+    allocate (full(d, n, d, n), source=0.0_wp)
+    do c = 1, d
+      full(c, :, c, :) = block(:n, :n)
     end do
-  end subroutine add_scalars
+    call add_block(equations, stencil, full, matrix)
+  end subroutine add_scalar_block
 
   !> Adds a value to the diagonal at a component of a node; does nothing if it is not an unknown.
   pure subroutine add_diagonal(equations, component, node, value, matrix)

@@ -32,32 +32,26 @@ module qsmpm_mumps_solver
   !> Percentage of extra work space, first and largest value; doubled when MUMPS requests more.
   integer, parameter :: extra_space_first = 30, extra_space_last = 2000
 
-  !> A MUMPS instance and the positions of its entries in the compressed rows.
+  !> A MUMPS instance, of single precision if the solver is approximate, and the positions of its entries in the
+  !> compressed rows.
   type, extends(linear_solver_type) :: mumps_solver_type
-    type(dmumps_struc), pointer, private :: mumps => null()
+    private
+    type(dmumps_struc), pointer :: double => null()
+    type(smumps_struc), pointer :: single => null()
+    !> Controls and results of the instance; null if there is none.
+    integer, pointer :: icntl(:) => null(), infog(:) => null()
+    !> Row and column of each entry passed, and the given order.
+    integer, pointer :: rows(:) => null(), columns(:) => null(), order(:) => null()
     !> Position in `values` of each entry passed; unallocated if all are passed.
-    integer, allocatable, private :: place(:)
+    integer, allocatable :: place(:)
+    !> Reciprocal of the largest value: the factors are those of K times this scale, in the range of single precision.
+    real(wp) :: scale = 1.0_wp
   contains
     procedure :: analyse_pattern
     procedure :: factorise_values
     procedure :: solve_factorised
     procedure :: release
   end type mumps_solver_type
-
-  !> A MUMPS instance of single precision.
-  type, extends(linear_solver_type) :: single_solver_type
-    private
-    type(smumps_struc), pointer :: mumps => null()
-    !> Position in `values` of each entry passed; unallocated if all are passed.
-    integer, allocatable :: place(:)
-    !> Reciprocal of the largest value: the factors are those of K times this scale, in the range of single precision.
-    real(wp) :: scale = 1.0_wp
-  contains
-    procedure :: analyse_pattern => analyse_single
-    procedure :: factorise_values => factorise_single
-    procedure :: solve_factorised => solve_single
-    procedure :: release => release_single
-  end type single_solver_type
 
 contains
 
@@ -73,6 +67,17 @@ contains
     solver%symmetric = symmetric
   end subroutine make_mumps_solver
 
+  !> Creates a MUMPS solver of single precision.
+  subroutine make_single_solver(symmetric, solver)
+    !> As for `make_mumps_solver`.
+    logical, intent(in) :: symmetric
+    class(linear_solver_type), allocatable, intent(out) :: solver
+
+    call make_mumps_solver(symmetric, solver)
+    solver%name = 'MUMPS single'//solver%name(6:)
+    solver%approximate = .true.
+  end subroutine make_single_solver
+
   !> Starts an instance and analyses in the given order.
   subroutine analyse_pattern(self, matrix, error)
     class(mumps_solver_type), intent(inout) :: self
@@ -81,34 +86,69 @@ contains
 
     integer :: i
 
-    allocate (self%mumps)
-    nullify (self%mumps%irn, self%mumps%jcn, self%mumps%a, self%mumps%rhs, self%mumps%perm_in)
-    ! MUMPS checks this entry for a mark of a running instance.
-    self%mumps%keep(40) = 0
-    self%mumps%n = 0
-    self%mumps%comm = solo_communicator()
-    self%mumps%par = 1
-    self%mumps%sym = merge(2, 0, self%symmetric)
-    call run(self%mumps, job_begin)
-    if (self%mumps%infog(1) < 0) then
-      call library_error(self%mumps, error)
-      return
+    call start_instance(self, error)
+    if (allocated(error)) return
+    call set_controls(self%icntl, merge(ordering_pord, ordering_given, self%orders_itself))
+    call list_entries(matrix, self%symmetric, self%rows, self%columns, self%place)
+    allocate (self%order(matrix%n), source=[(i, i=1, matrix%n)])
+    if (self%approximate) then
+      associate (mumps => self%single)
+        mumps%n = matrix%n
+        mumps%nnz = size(self%rows, kind=long)
+        mumps%irn => self%rows
+        mumps%jcn => self%columns
+        mumps%perm_in => self%order
+        allocate (mumps%a(size(self%rows)), mumps%rhs(matrix%n))
+      end associate
+    else
+      associate (mumps => self%double)
+        mumps%n = matrix%n
+        mumps%cntl(3) = pivot_floor(matrix%n)
+        mumps%nnz = size(self%rows, kind=long)
+        mumps%irn => self%rows
+        mumps%jcn => self%columns
+        mumps%perm_in => self%order
+        allocate (mumps%a(size(self%rows)), mumps%rhs(matrix%n))
+      end associate
     end if
-    self%mumps%n = matrix%n
-    call set_controls(self%mumps%icntl, merge(ordering_pord, ordering_given, self%orders_itself))
-    self%mumps%cntl(3) = pivot_floor(matrix%n)
-    call list_entries(matrix, self%symmetric, self%mumps%irn, self%mumps%jcn, self%place)
-    self%mumps%nnz = size(self%mumps%irn, kind=long)
-    allocate (self%mumps%a(size(self%mumps%irn)))
-    allocate (self%mumps%perm_in(matrix%n), self%mumps%rhs(matrix%n))
-    self%mumps%perm_in = [(i, i=1, matrix%n)]
-    call run(self%mumps, job_analyse)
-    if (self%mumps%infog(1) < 0) then
-      call library_error(self%mumps, error)
-    else if (self%mumps%infog(7) /= self%mumps%icntl(7)) then
-      call fail(error, error_other, 'MUMPS did not take the order of the equations that was requested')
-    end if
+    call run(self, job_analyse, error)
+    if (allocated(error)) return
+    if (self%infog(7) /= self%icntl(7)) call fail(error, error_other, &
+      'MUMPS did not take the order of the equations that was requested')
   end subroutine analyse_pattern
+
+  !> Starts an instance. MUMPS checks keep(40) for a mark of a running instance.
+  subroutine start_instance(self, error)
+    class(mumps_solver_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    if (self%approximate) then
+      allocate (self%single)
+      associate (mumps => self%single)
+        nullify (mumps%irn, mumps%jcn, mumps%a, mumps%rhs, mumps%perm_in)
+        mumps%keep(40) = 0
+        mumps%n = 0
+        mumps%comm = solo_communicator()
+        mumps%par = 1
+        mumps%sym = merge(2, 0, self%symmetric)
+      end associate
+      self%icntl => self%single%icntl
+      self%infog => self%single%infog
+    else
+      allocate (self%double)
+      associate (mumps => self%double)
+        nullify (mumps%irn, mumps%jcn, mumps%a, mumps%rhs, mumps%perm_in)
+        mumps%keep(40) = 0
+        mumps%n = 0
+        mumps%comm = solo_communicator()
+        mumps%par = 1
+        mumps%sym = merge(2, 0, self%symmetric)
+      end associate
+      self%icntl => self%double%icntl
+      self%infog => self%double%infog
+    end if
+    call run(self, job_begin, error)
+  end subroutine start_instance
 
   !> Sets the controls: no output, an order, no permutation for large diagonals, detection of null pivots.
   pure subroutine set_controls(icntl, ordering)
@@ -172,39 +212,73 @@ contains
     type(sparse_matrix_type), intent(in) :: matrix
     type(error_type), allocatable, intent(out) :: error
 
+    if (self%approximate) self%scale = 1.0_wp/maxval(abs(matrix%values))
     if (allocated(self%place)) then
-      self%mumps%a = matrix%values(self%place)
+      call take_values(self, matrix%values(self%place))
     else
-      self%mumps%a = matrix%values(:size(self%mumps%a))
+      call take_values(self, matrix%values(:size(self%rows)))
     end if
     do
-      call run(self%mumps, job_factorise)
-      if (.not. wants_space(self%mumps%infog, self%mumps%icntl)) exit
+      call run(self, job_factorise, error)
+      if (.not. wants_space(self%infog, self%icntl)) exit
     end do
-    if (self%mumps%infog(1) < 0) then
-      call library_error(self%mumps, error)
-    else if (self%mumps%infog(28) > 0) then
-      call singular_at(self%mumps%pivnul_list(1), error)
+    if (.not. allocated(error)) call check_pivots(self, error)
+    if (allocated(error)) return
+    if (self%symmetric) self%negative_pivots = self%infog(12)
+    self%factor_nonzeros = count_of(self%infog(9))
+    if (self%approximate) then
+      self%factor_operations = real(self%single%rinfog(3), wp)
     else
-      if (self%symmetric) self%negative_pivots = self%mumps%infog(12)
-      self%factor_nonzeros = count_of(self%mumps%infog(9))
-      self%factor_operations = real(self%mumps%rinfog(3), wp)
+      self%factor_operations = real(self%double%rinfog(3), wp)
     end if
   end subroutine factorise_values
 
-  !> Solves by forward and backward substitution.
+  !> Copies the values of the entries passed.
+  subroutine take_values(self, values)
+    class(mumps_solver_type), intent(inout) :: self
+    real(wp), intent(in) :: values(:)
+
+    if (self%approximate) then
+      self%single%a = real(values*self%scale, sp)
+    else
+      self%double%a = values
+    end if
+  end subroutine take_values
+
+  !> Sets the error if there is a null pivot.
+  subroutine check_pivots(self, error)
+    class(mumps_solver_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    if (self%infog(28) <= 0) return
+    if (self%approximate) then
+      call fail(error, error_singular, 'the matrix is singular to single precision in equation '// &
+        integer_text(self%single%pivnul_list(1)))
+    else
+      call singular_at(self%double%pivnul_list(1), error)
+    end if
+  end subroutine check_pivots
+
+  !> Solves by forward and backward substitution; in single precision the right-hand side is scaled to its range.
   subroutine solve_factorised(self, rhs, x, error)
     class(mumps_solver_type), intent(inout) :: self
     real(wp), intent(in) :: rhs(:)
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
 
-    self%mumps%rhs = rhs
-    call run(self%mumps, job_solve)
-    if (self%mumps%infog(1) < 0) then
-      call library_error(self%mumps, error)
+    real(wp) :: largest
+
+    if (self%approximate) then
+      x = 0.0_wp
+      largest = maxval(abs(rhs))
+      if (.not. largest > 0.0_wp) return
+      self%single%rhs = real(rhs/largest, sp)
+      call run(self, job_solve, error)
+      if (.not. allocated(error)) x = self%single%rhs*(largest*self%scale)
     else
-      x = self%mumps%rhs
+      self%double%rhs = rhs
+      call run(self, job_solve, error)
+      if (.not. allocated(error)) x = self%double%rhs
     end if
   end subroutine solve_factorised
 
@@ -212,25 +286,38 @@ contains
   subroutine release(self)
     class(mumps_solver_type), intent(inout) :: self
 
+    type(error_type), allocatable :: error
+
     if (allocated(self%place)) deallocate (self%place)
-    if (.not. associated(self%mumps)) return
-    if (associated(self%mumps%irn)) deallocate (self%mumps%irn)
-    if (associated(self%mumps%jcn)) deallocate (self%mumps%jcn)
-    if (associated(self%mumps%a)) deallocate (self%mumps%a)
-    if (associated(self%mumps%rhs)) deallocate (self%mumps%rhs)
-    if (associated(self%mumps%perm_in)) deallocate (self%mumps%perm_in)
-    call run(self%mumps, job_end)
-    deallocate (self%mumps)
+    if (.not. associated(self%infog)) return
+    call run(self, job_end, error)
+    if (self%approximate) then
+      if (associated(self%single%a)) deallocate (self%single%a, self%single%rhs)
+      deallocate (self%single)
+    else
+      if (associated(self%double%a)) deallocate (self%double%a, self%double%rhs)
+      deallocate (self%double)
+    end if
+    if (associated(self%rows)) deallocate (self%rows, self%columns, self%order)
+    nullify (self%icntl, self%infog)
   end subroutine release
 
   !> Calls MUMPS.
-  subroutine run(mumps, job)
-    type(dmumps_struc), intent(inout) :: mumps
+  subroutine run(self, job, error)
+    class(mumps_solver_type), intent(inout) :: self
     !> One of the `job_*` values.
     integer, intent(in) :: job
+    !> Set when MUMPS failed.
+    type(error_type), allocatable, intent(out) :: error
 
-    mumps%job = job
-    call dmumps(mumps)
+    if (self%approximate) then
+      self%single%job = job
+      call smumps(self%single)
+    else
+      self%double%job = job
+      call dmumps(self%double)
+    end if
+    if (self%infog(1) < 0) call library_error(self, error)
   end subroutine run
 
   !> Converts a count of MUMPS, which reports counts beyond 32 bits as negative millions.
@@ -243,133 +330,24 @@ contains
   end function count_of
 
   !> Converts a failure of the library to an error.
-  subroutine library_error(mumps, error)
-    type(dmumps_struc), intent(in) :: mumps
+  subroutine library_error(self, error)
+    class(mumps_solver_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: codes
 
-    select case (mumps%infog(1))
+    codes = 'failed with INFOG(1) = '//integer_text(self%infog(1))//', INFOG(2) = '//integer_text(self%infog(2))
+    if (self%approximate) then
+      call fail(error, error_singular, 'MUMPS in single precision '//codes)
+      return
+    end if
+    select case (self%infog(1))
     case (info_singular)
       call fail(error, error_singular, 'the matrix is singular: MUMPS found a pivot for '// &
-        integer_text(mumps%infog(2))//' of '//integer_text(mumps%n)//' equations only')
+        integer_text(self%infog(2))//' of '//integer_text(self%double%n)//' equations only')
     case (info_work_int, info_work_real, info_no_memory)
       call fail(error, error_other, 'MUMPS: no memory for the factors')
     case default
-      call fail(error, error_other, 'MUMPS failed with INFOG(1) = '//integer_text(mumps%infog(1))// &
-        ', INFOG(2) = '//integer_text(mumps%infog(2)))
+      call fail(error, error_other, 'MUMPS '//codes)
     end select
   end subroutine library_error
-
-  !> Creates a MUMPS solver of single precision.
-  subroutine make_single_solver(symmetric, solver)
-    !> Whether SYM=2 is used, otherwise SYM=0.
-    logical, intent(in) :: symmetric
-    class(linear_solver_type), allocatable, intent(out) :: solver
-
-    allocate (single_solver_type :: solver)
-    solver%name = 'MUMPS single SYM=0'
-    if (symmetric) solver%name = 'MUMPS single SYM=2'
-    solver%symmetric = symmetric
-    solver%approximate = .true.
-  end subroutine make_single_solver
-
-  !> Starts an instance and analyses in the given order.
-  subroutine analyse_single(self, matrix, error)
-    class(single_solver_type), intent(inout) :: self
-    type(sparse_matrix_type), intent(in) :: matrix
-    type(error_type), allocatable, intent(out) :: error
-
-    integer :: i
-
-    allocate (self%mumps)
-    nullify (self%mumps%irn, self%mumps%jcn, self%mumps%a, self%mumps%rhs, self%mumps%perm_in)
-    self%mumps%keep(40) = 0
-    self%mumps%n = 0
-    self%mumps%comm = solo_communicator()
-    self%mumps%par = 1
-    self%mumps%sym = merge(2, 0, self%symmetric)
-    call run_single(self%mumps, job_begin, error)
-    if (allocated(error)) return
-    self%mumps%n = matrix%n
-    call set_controls(self%mumps%icntl, merge(ordering_pord, ordering_given, self%orders_itself))
-    call list_entries(matrix, self%symmetric, self%mumps%irn, self%mumps%jcn, self%place)
-    self%mumps%nnz = size(self%mumps%irn, kind=long)
-    allocate (self%mumps%a(size(self%mumps%irn)), self%mumps%perm_in(matrix%n), self%mumps%rhs(matrix%n))
-    self%mumps%perm_in = [(i, i=1, matrix%n)]
-    call run_single(self%mumps, job_analyse, error)
-    if (allocated(error)) return
-    if (self%mumps%infog(7) /= self%mumps%icntl(7)) call fail(error, error_other, &
-      'MUMPS did not take the order of the equations that was requested')
-  end subroutine analyse_single
-
-  !> Factorises; repeats with more space when MUMPS requests it.
-  subroutine factorise_single(self, matrix, error)
-    class(single_solver_type), intent(inout) :: self
-    type(sparse_matrix_type), intent(in) :: matrix
-    type(error_type), allocatable, intent(out) :: error
-
-    self%scale = 1.0_wp/maxval(abs(matrix%values))
-    if (allocated(self%place)) then
-      self%mumps%a = real(matrix%values(self%place)*self%scale, sp)
-    else
-      self%mumps%a = real(matrix%values(:size(self%mumps%a))*self%scale, sp)
-    end if
-    do
-      call run_single(self%mumps, job_factorise, error)
-      if (.not. wants_space(self%mumps%infog, self%mumps%icntl)) exit
-    end do
-    if (allocated(error)) return
-    if (self%mumps%infog(28) > 0) call fail(error, error_singular, &
-      'the matrix is singular to single precision in equation '//integer_text(self%mumps%pivnul_list(1)))
-    if (self%symmetric) self%negative_pivots = self%mumps%infog(12)
-    self%factor_nonzeros = count_of(self%mumps%infog(9))
-    self%factor_operations = real(self%mumps%rinfog(3), wp)
-  end subroutine factorise_single
-
-  !> Solves by forward and backward substitution; the right-hand side is scaled to the range of single precision.
-  subroutine solve_single(self, rhs, x, error)
-    class(single_solver_type), intent(inout) :: self
-    real(wp), intent(in) :: rhs(:)
-    real(wp), intent(out) :: x(:)
-    type(error_type), allocatable, intent(out) :: error
-
-    real(wp) :: largest
-
-    x = 0.0_wp
-    largest = maxval(abs(rhs))
-    if (.not. largest > 0.0_wp) return
-    self%mumps%rhs = real(rhs/largest, sp)
-    call run_single(self%mumps, job_solve, error)
-    if (.not. allocated(error)) x = self%mumps%rhs*(largest*self%scale)
-  end subroutine solve_single
-
-  !> Ends the instance; arrays allocated here are freed here.
-  subroutine release_single(self)
-    class(single_solver_type), intent(inout) :: self
-
-    type(error_type), allocatable :: error
-
-    if (allocated(self%place)) deallocate (self%place)
-    if (.not. associated(self%mumps)) return
-    if (associated(self%mumps%irn)) deallocate (self%mumps%irn)
-    if (associated(self%mumps%jcn)) deallocate (self%mumps%jcn)
-    if (associated(self%mumps%a)) deallocate (self%mumps%a)
-    if (associated(self%mumps%rhs)) deallocate (self%mumps%rhs)
-    if (associated(self%mumps%perm_in)) deallocate (self%mumps%perm_in)
-    call run_single(self%mumps, job_end, error)
-    deallocate (self%mumps)
-  end subroutine release_single
-
-  !> Calls MUMPS.
-  subroutine run_single(mumps, job, error)
-    type(smumps_struc), intent(inout) :: mumps
-    !> One of the `job_*` values.
-    integer, intent(in) :: job
-    !> Set when MUMPS failed.
-    type(error_type), allocatable, intent(out) :: error
-
-    mumps%job = job
-    call smumps(mumps)
-    if (mumps%infog(1) < 0) call fail(error, error_singular, 'MUMPS in single precision failed with INFOG(1) = '// &
-      integer_text(mumps%infog(1))//', INFOG(2) = '//integer_text(mumps%infog(2)))
-  end subroutine run_single
 end module qsmpm_mumps_solver

@@ -3,7 +3,7 @@
 !> A patch consists of the nodes of a cell, or of the two cells at a face of the ghost penalty. Numbering along the
 !> graph is left to `equations`, the order to `node_ordering`.
 module qsmpm_node_graph
-  use qsmpm_sorting, only: sort
+  use qsmpm_sorting, only: sort, list_by_key
   implicit none
   private
 
@@ -103,26 +103,15 @@ contains
     integer, intent(in) :: node_count
     !> First position of each row (node_count+1); patches and positions (listed nodes).
     integer, allocatable, intent(out) :: first(:), patch(:), position(:)
-    integer :: next(node_count), q, k, node
+    integer, allocatable :: item(:)
+    integer :: owner(size(connectivity%nodes)), q
 
-    allocate (first(node_count + 1), source=0)
-    allocate (patch(size(connectivity%nodes)), position(size(connectivity%nodes)))
-    do k = 1, size(connectivity%nodes)
-      first(connectivity%nodes(k) + 1) = first(connectivity%nodes(k) + 1) + 1
-    end do
-    first(1) = 1
-    do node = 1, node_count
-      first(node + 1) = first(node + 1) + first(node)
-    end do
-    next = first(:node_count)
+    call list_by_key(connectivity%nodes, node_count, first, item)
     do q = 1, connectivity%count
-      do k = connectivity%first(q), connectivity%first(q + 1) - 1
-        node = connectivity%nodes(k)
-        patch(next(node)) = q
-        position(next(node)) = k - connectivity%first(q) + 1
-        next(node) = next(node) + 1
-      end do
+      owner(connectivity%first(q):connectivity%first(q + 1) - 1) = q
     end do
+    patch = owner(item)
+    position = item - connectivity%first(patch) + 1
   end subroutine list_places
 
   !> Returns the largest distance between neighbours in an order of the nodes.

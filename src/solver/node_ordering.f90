@@ -32,14 +32,7 @@ module qsmpm_node_ordering
       integer(c_int), value :: seed
       integer(c_int), intent(out) :: order(*), position(*)
     end function metis_order
-  end interface
 
-  !> Resolution of coordinates along an axis.
-  real(wp), parameter :: steps = 1.0e6_wp
-  !> Orders of the axes, slowest first; for plane models the first two.
-  integer, parameter :: axes(3, 6) = reshape([1, 2, 3, 2, 1, 3, 1, 3, 2, 2, 3, 1, 3, 1, 2, 3, 2, 1], [3, 6])
-
-  interface
     !> Partition of a graph numbered from 0; returns 0 on success (metis_shim.c).
     integer(c_int) function metis_parts(n, first, neighbour, weight, parts, seed, part) &
       bind(c, name='qsmpm_metis_parts')
@@ -50,14 +43,17 @@ module qsmpm_node_ordering
     end function metis_parts
   end interface
 
+  !> Resolution of coordinates along an axis.
+  real(wp), parameter :: steps = 1.0e6_wp
+  !> Orders of the axes, slowest first; for plane models the first two.
+  integer, parameter :: axes(3, 6) = reshape([1, 2, 3, 2, 1, 3, 1, 3, 2, 2, 3, 1, 3, 1, 2, 3, 2, 1], [3, 6])
+
 contains
 
   !> Computes the nested dissection order by METIS.
   subroutine order_metis(first, neighbour, position, error)
-    !> Graph (n+1).
-    integer, intent(in) :: first(:)
-    !> Graph (edges, counted twice).
-    integer, intent(in) :: neighbour(:)
+    !> Graph (n+1), (edges, counted twice).
+    integer, intent(in) :: first(:), neighbour(:)
     !> Position of each node in the order of elimination (n).
     integer, intent(out) :: position(:)
     !> Set when the graph is invalid or METIS fails.
@@ -88,10 +84,8 @@ contains
 
   !> Returns whether rows and neighbours are in range and no node is its own neighbour.
   pure logical function is_graph(first, neighbour, n)
-    !> Graph (n+1).
-    integer, intent(in) :: first(:)
-    !> Graph (edges, counted twice).
-    integer, intent(in) :: neighbour(:)
+    !> Graph (n+1), (edges, counted twice).
+    integer, intent(in) :: first(:), neighbour(:)
     !> Number of nodes.
     integer, intent(in) :: n
 
@@ -113,10 +107,8 @@ contains
   !> sweeps start repeatedly from the node of least degree in the last level while the number of levels increases
   !> (George and Liu 1979).
   pure subroutine order_bandwidth(first, neighbour, position)
-    !> Graph (n+1).
-    integer, intent(in) :: first(:)
-    !> Graph (edges, counted twice).
-    integer, intent(in) :: neighbour(:)
+    !> Graph (n+1), (edges, counted twice).
+    integer, intent(in) :: first(:), neighbour(:)
     !> Position of each node in the order (n).
     integer, intent(out) :: position(:)
 
@@ -134,9 +126,7 @@ contains
       deepest = 0
       do
         sweep_number = sweep_number + 1
-        call sweep(first, neighbour, start, sweep_number, met_by, order(done + 1:), reached, &
-          levels, &
-          last_level)
+        call sweep(first, neighbour, start, sweep_number, met_by, order(done + 1:), reached, levels, last_level)
         if (levels <= deepest) exit
         deepest = levels
         start = least_degree(first, order(done + last_level:done + reached))
@@ -150,23 +140,15 @@ contains
 
   !> Numbers the nodes of a connected part by distance from the start; those reached from the same node by increasing
   !> degree.
-  pure subroutine sweep(first, neighbour, start, sweep_number, met_by, order, reached, levels, &
-    last_level)
-    !> Graph.
-    integer, intent(in) :: first(:)
-    integer, intent(in) :: neighbour(:)
-    !> Start node.
-    integer, intent(in) :: start
-    !> Mark of this sweep, different from all marks in `met_by`.
-    integer, intent(in) :: sweep_number
+  pure subroutine sweep(first, neighbour, start, sweep_number, met_by, order, reached, levels, last_level)
+    !> Graph; start node; mark of this sweep, different from all marks in `met_by`.
+    integer, intent(in) :: first(:), neighbour(:), start, sweep_number
     !> Mark of each node; nodes reached now are set to `sweep_number`.
     integer, intent(inout) :: met_by(:)
     !> Nodes in the order reached.
     integer, intent(inout) :: order(:)
     !> Number of nodes reached; number of levels; position in `order` where the last level begins.
-    integer, intent(out) :: reached
-    integer, intent(out) :: levels
-    integer, intent(out) :: last_level
+    integer, intent(out) :: reached, levels, last_level
 
     integer :: k, edge, level_end, before
 
@@ -235,8 +217,7 @@ contains
     !> Graph.
     integer, intent(in) :: first(:)
     !> The two nodes.
-    integer, intent(in) :: a
-    integer, intent(in) :: b
+    integer, intent(in) :: a, b
 
     integer :: degree_a, degree_b
 

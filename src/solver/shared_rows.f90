@@ -6,7 +6,7 @@ module qsmpm_shared_rows
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_equations, only: equations_type
+  use qsmpm_equations, only: equations_type, equations_of
   use qsmpm_error, only: error_type, fail, error_other, error_singular
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_node_blocks, only: find_node_blocks
@@ -42,17 +42,17 @@ contains
     integer, intent(in) :: labels(:), owner(:)
     real(wp), allocatable, intent(in) :: places(:, :)
     type(error_type), allocatable, intent(out) :: error
-    integer :: own_number(size(equations%number, 1), size(labels)), a, c
+    integer :: own_number(size(equations%number, 1), size(labels)), place(0:equations%count), a, i
 
     call end_shared_rows(rows)
+    rows%own = pack([(i, i=1, equations%count)], equations_of(equations, owner == team%rank))
+    ! The owned equations are numbered consecutively in their order.
+    place = 0
+    place(rows%own) = [(i, i=1, size(rows%own))]
     own_number = 0
     do a = 1, size(labels)
-      if (owner(a) /= team%rank) cycle
-      do c = 1, size(own_number, 1)
-        if (equations%number(c, a) > 0) own_number(c, a) = equations%number(c, a)
-      end do
+      if (owner(a) == team%rank) own_number(:, a) = place(equations%number(:, a))
     end do
-    call keep_own(equations%count, own_number, rows%own)
     if (any_of(team, size(rows%own) == 0)) then
       call fail(error, error_other, 'a process has no equation')
       return
@@ -148,35 +148,6 @@ contains
       end do
     end subroutine answer
   end subroutine start_shared_rows
-
-  !> Numbers the owned equations consecutively in their order.
-  pure subroutine keep_own(count, own_number, own)
-    !> Number of equations of all nodes of this process.
-    integer, intent(in) :: count
-    !> Equations of owned nodes, 0 elsewhere; replaced by their numbers among the owned ones (components, nodes).
-    integer, intent(inout) :: own_number(:, :)
-    integer, allocatable, intent(out) :: own(:)
-    integer :: rank_of(count), a, c, i, n
-
-    rank_of = 0
-    do a = 1, size(own_number, 2)
-      do c = 1, size(own_number, 1)
-        if (own_number(c, a) > 0) rank_of(own_number(c, a)) = 1
-      end do
-    end do
-    own = pack([(i, i=1, count)], rank_of > 0)
-    n = 0
-    do i = 1, count
-      if (rank_of(i) == 0) cycle
-      n = n + 1
-      rank_of(i) = n
-    end do
-    do a = 1, size(own_number, 2)
-      do c = 1, size(own_number, 1)
-        if (own_number(c, a) > 0) own_number(c, a) = rank_of(own_number(c, a))
-      end do
-    end do
-  end subroutine keep_own
 
   !> Takes new values.
   subroutine factorise_shared_rows(rows, team, matrix, error)

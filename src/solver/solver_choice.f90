@@ -38,12 +38,9 @@ contains
   subroutine make_solver(kind, n, bandwidth, entries, symmetric, dimension, solver)
     !> One of the `solver_*` values of the analysis.
     integer, intent(in) :: kind
-    !> Number of equations.
-    integer, intent(in) :: n
-    !> Largest distance of an entry from the diagonal in the order of `order_bandwidth`.
-    integer, intent(in) :: bandwidth
-    !> Entries of the matrix, in both triangles.
-    integer, intent(in) :: entries
+    !> Number of equations; largest distance of an entry from the diagonal in the order of `order_bandwidth`; entries of
+    !> the matrix, in both triangles.
+    integer, intent(in) :: n, bandwidth, entries
     !> Whether the matrix is symmetric. CHOLMOD supports no other, so an explicit CHOLMOD is replaced by MUMPS.
     logical, intent(in) :: symmetric
     !> Dimension of the model, 1 to 3.
@@ -71,11 +68,8 @@ contains
     !> One of the `solver_*` values of the analysis.
     integer, intent(in) :: kind
     !> As for `make_solver`.
-    integer, intent(in) :: n
-    integer, intent(in) :: bandwidth
-    integer, intent(in) :: entries
+    integer, intent(in) :: n, bandwidth, entries, dimension
     logical, intent(in) :: symmetric
-    integer, intent(in) :: dimension
 
     choose_solver = kind
     if (kind == solver_cholmod .and. .not. symmetric) choose_solver = solver_mumps
@@ -113,10 +107,8 @@ contains
   !> Returns whether the band solver is the fastest.
   pure logical function is_narrow(n, bandwidth, entries, dimension)
     !> As for `make_solver`.
-    integer, intent(in) :: n
+    integer, intent(in) :: n, entries, dimension
     real(wp), intent(in) :: bandwidth
-    integer, intent(in) :: entries
-    integer, intent(in) :: dimension
     real(wp) :: of_a_row
 
     is_narrow = bandwidth <= narrow
@@ -128,14 +120,9 @@ contains
 
   !> Returns whether a direct solver works in single precision.
   pure logical function use_single(precision, kind, n, symmetric, dimension)
-    !> One of the `precision_*` values of the analysis.
-    integer, intent(in) :: precision
-    !> Result of `choose_solver`.
-    integer, intent(in) :: kind
-    !> As for `make_solver`.
-    integer, intent(in) :: n
+    !> One of the `precision_*` values of the analysis; result of `choose_solver`; as for `make_solver`.
+    integer, intent(in) :: precision, kind, n, dimension
     logical, intent(in) :: symmetric
-    integer, intent(in) :: dimension
     type(solver_row_type) :: row
 
     use_single = precision == precision_single

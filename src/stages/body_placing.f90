@@ -23,7 +23,7 @@ module qsmpm_body_placing
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_element, only: corner_count, face_corners, face_count, linear_kind, local_nodes, node_count, &
-    shape_functions, shape_gradients
+    shape_functions
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: interpolate, place_in_cell
   use qsmpm_moving_rows, only: least_jacobian
@@ -462,11 +462,10 @@ contains
     associate (mesh => model%mesh, c => carried%cell(p), d => model%mesh%dimension)
       associate (nodes => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1))
         allocate (gradients(d, size(nodes)), shape(size(nodes)))
-        call shape_gradients(mesh%cell_kind(c), carried%local(:, p), gradients)
+        call shape_functions(mesh%cell_kind(c), carried%local(:, p), shape, gradients)
         before(:d, :d) = matmul(model%drawn_coordinates(:, nodes), transpose(gradients))
         behind(:d, :d) = matmul(mesh%coordinates(:, nodes), transpose(gradients))
         if (model%analysis%model /= axisymmetric) return
-        call shape_functions(mesh%cell_kind(c), carried%local(:, p), shape)
         before(3:, 3) = interpolate(mesh, c, shape, model%drawn_coordinates(:1, :))
         behind(3:, 3) = interpolate(mesh, c, shape, mesh%coordinates(:1, :))
       end associate

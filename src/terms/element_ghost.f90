@@ -5,7 +5,7 @@
 module qsmpm_element_ghost
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry, element_order, face_rule, face_area_vector, &
-    shape_second_gradients, local_nodes
+    shape_functions, local_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_point_location, only: activation_type, whole_fill
@@ -167,7 +167,7 @@ contains
         gradients(:, :n), determinant)
       x = matmul(corner(:, :n), functions(:n))
       if (element_order(mesh%cell_kind(cell)) == 2) then
-        call shape_second_gradients(mesh%cell_kind(cell), local, second(:, :, :n))
+        call shape_functions(mesh%cell_kind(cell), local, second=second(:, :, :n))
         ! Derivative of the local coordinates along the normal (straight-edged cells): the local coordinates are fields
         ! of the element whose nodal values are the local positions of its nodes.
         direction = matmul(local_nodes(mesh%cell_kind(cell)), matmul(normal, gradients(:, :n)))

@@ -12,7 +12,8 @@ module qsmpm_spline_ghost
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_point_location, only: activation_type, boundary_fill
-  use qsmpm_space, only: space_type, cell_position, tensor_nodes
+  use qsmpm_grid_window, only: place_of
+  use qsmpm_space, only: space_type, tensor_nodes
   use qsmpm_spline_axis, only: spline_axis_type, axis_values, lowest_jump, highest_degree
   use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
   implicit none
@@ -147,8 +148,8 @@ contains
     integer, intent(out) :: first(3), count(3)
     integer :: at(3), beyond(3), a
 
-    at = cell_position(space, dimension, one)
-    beyond = cell_position(space, dimension, two)
+    at = place_of(one, space%axis%cell_count)
+    beyond = place_of(two, space%axis%cell_count)
     first = 1
     count = 1
     normal = 0
@@ -175,7 +176,7 @@ contains
     integer :: first(3), count(3), at(3), normal, a, i, j, k, l, m, n, row, column
 
     call face_block(space, mesh%dimension, one, two, normal, first, count)
-    at = cell_position(space, mesh%dimension, one)
+    at = place_of(one, space%axis%cell_count)
     along = 0.0_wp
     along(1, 1, 3) = 1.0_wp
     do a = 1, mesh%dimension

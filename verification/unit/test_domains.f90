@@ -7,7 +7,8 @@ module test_domains
   use qsmpm_cell_share, only: cell_volumes
   use qsmpm_points, only: points_type
   use qsmpm_point_location, only: activation_type
-  use qsmpm_space, only: space_type, cell_position
+  use qsmpm_grid_window, only: place_of
+  use qsmpm_space, only: space_type
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points
   use sample_models, only: uneven_grid, sample_space, tiled_box, owner_of, lines_x, lines_y, lines_z
@@ -221,7 +222,7 @@ contains
     inside = .true.
     sorted = all(pieces%cell(2:) > pieces%cell(:size(pieces%cell) - 1))
     do g = 1, size(pieces%cell)
-      at = cell_position(space, dimension, pieces%cell(g))
+      at = place_of(pieces%cell(g), space%axis%cell_count)
       held = 0.0_wp
       do n = pieces%first(g), pieces%first(g + 1) - 1
         shares(pieces%point(n)) = shares(pieces%point(n)) + pieces%share(n)

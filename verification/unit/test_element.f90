@@ -4,7 +4,7 @@ module test_element
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_kind_count, element_name, element_from_name, node_count, &
     corner_count, local_dimension, vtk_type, linear_kind, element_order, local_nodes, &
-    shape_functions, shape_gradients, shape_second_gradients, element_geometry, gauss_rule, &
+    shape_functions, element_geometry, gauss_rule, &
     tri6, wedge15
   use qsmpm_element_kinds, only: quad8, quad9
   use element_samples, only: sample_count, sample_place, affine_nodes, affine_determinant, &
@@ -127,16 +127,16 @@ contains
     first_error = 0.0_wp
     second_error = 0.0_wp
     do i = 1, sample_count
-      call shape_gradients(kind, sample_place(kind, i), gradients)
-      call shape_second_gradients(kind, sample_place(kind, i), second)
+      call shape_functions(kind, sample_place(kind, i), gradients=gradients)
+      call shape_functions(kind, sample_place(kind, i), second=second)
       do k = 1, local_dimension(kind)
         local = sample_place(kind, i)
         local(k) = local(k) + step
         call shape_functions(kind, local, up)
-        call shape_gradients(kind, local, slope_up)
+        call shape_functions(kind, local, gradients=slope_up)
         local(k) = local(k) - 2.0_wp*step
         call shape_functions(kind, local, down)
-        call shape_gradients(kind, local, slope_down)
+        call shape_functions(kind, local, gradients=slope_down)
         first_error = max(first_error, &
           maxval(abs(gradients(k, :) - 0.5_wp*(up - down)/step)))
         second_error = max(second_error, &

@@ -4,7 +4,8 @@ module test_space
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: add_set
-  use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, cell_position, &
+  use qsmpm_grid_window, only: place_of
+  use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, &
     refresh_space, value_at, node_position, most_functions
   use qsmpm_space_builder, only: element_space, box_of_set
   use sample_models, only: sample_grid, uneven_grid, sample_space, owner_of, lines_x, lines_y
@@ -242,7 +243,7 @@ contains
     call tests%close(name//' hats give the determinant of linear elements', worst(3), 0.0_wp, rounding)
     call tests%close(name//' hats sit at the nodes of the mesh', worst(4), 0.0_wp, rounding)
     call tests%check(name//' cells are counted with x fastest', &
-      all(cell_position(splines, dimension, 8) == [2, 2, 1]))
+      all(place_of(8, splines%axis%cell_count) == [2, 2, 1]))
   end subroutine check_hats
 
   !> Which sets are boxes of grid nodes.

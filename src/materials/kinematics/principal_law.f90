@@ -35,7 +35,8 @@ module qsmpm_principal_law
   use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, is_cauchy
   use qsmpm_jaumann_plane, only: update_jaumann_plane => update_plane
   use qsmpm_jaumann_solid, only: update_jaumann_solid => update_solid
-  use qsmpm_law, only: law_type, batch_type, field_coupling_type, tangent_elastic, time_increment
+  use qsmpm_law, only: law_type, batch_type, field_coupling_type, tangent_elastic, time_increment, &
+    unnamed_states
   use qsmpm_logarithmic_plane, only: update_logarithmic_plane => update_plane
   use qsmpm_logarithmic_solid, only: update_logarithmic_solid => update_solid
   use qsmpm_point_result, only: finish_points
@@ -81,7 +82,6 @@ contains
     !> Set when the combination is not supported.
     type(error_type), allocatable, intent(out) :: error
     type(principal_law_type), allocatable :: made
-    integer :: i
 
     call check_kinematics(model, dimension, kinematics, rate, error)
     if (allocated(error)) return
@@ -93,13 +93,7 @@ contains
     if (.not. model%hookean) made%rate = rate_midpoint_cauchy
     if (kinematics == kinematics_logarithmic .and. model%hookean) made%strains = stress_size(dimension)
     made%state_count = made%strains + model%state_count
-    if (model%state_count > 0) then
-      allocate (made%state_names(made%state_count))
-      do i = 1, made%strains
-        made%state_names(i)%text = ''
-      end do
-      made%state_names(made%strains + 1:) = model%state_names
-    end if
+    if (model%state_count > 0) made%state_names = [unnamed_states(made%strains), model%state_names]
     made%asks_where = model%asks_cell_size
     made%symmetric = kinematics == kinematics_logarithmic .and. model%hookean .and. model%symmetric
     made%field_length = model%field_length

@@ -60,16 +60,9 @@ contains
     type(profile_model_type), intent(inout) :: model
 
     allocate (model%model, source=inside)
-    model%hookean = inside%hookean
+    model%elastic_model_type = inside
     ! A model that is evaluated at every point stores the state variables.
     model%elastic = .false.
-    model%symmetric = inside%symmetric
-    model%asks_cell_size = inside%asks_cell_size
-    model%trial_lame = inside%trial_lame
-    model%trial_shear = inside%trial_shear
-    model%young = inside%young
-    model%shear = inside%shear
-    if (allocated(inside%message)) model%message = inside%message
     ! Without any cohesion f has no meaning; any number is valid.
     model%strength = merge(parameters%cohesion, 1.0_wp, parameters%cohesion > 0.0_wp)
     model%factor = profile%factor
@@ -78,6 +71,7 @@ contains
     model%at = inside%state_count + 1
     model%state_count = model%at + merge(1, 0, model%varies_stiffness .or. follows_stress(profile)) &
       + merge(1, 0, varies_friction(profile))
+    if (allocated(model%state_names)) deallocate (model%state_names)
     allocate (model%state_names(model%state_count))
     if (inside%state_count > 0) model%state_names(:inside%state_count) = inside%state_names
     model%state_names(model%at)%text = name

@@ -13,7 +13,7 @@
 module qsmpm_small_strain_model
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: compose, isotropic_change, pair_quotients
-  use qsmpm_law, only: status_ok
+  use qsmpm_law, only: status_ok, unnamed_states
   use qsmpm_principal_model, only: principal_model_type, stress_update_type
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_spectral, only: spectral
@@ -49,19 +49,14 @@ contains
     real(wp), intent(in) :: ratio, threshold
     class(soil_model_type), allocatable, intent(out) :: model
     type(small_strain_model_type), allocatable :: made
-    integer :: i
 
     allocate (made)
     allocate (made%soil, source=soil)
     made%ratio = ratio
     made%threshold = threshold
     made%state_count = own + soil%state_count
-    allocate (made%state_names(made%state_count))
-    do i = 1, own
-      made%state_names(i)%text = ''
-    end do
+    made%state_names = [unnamed_states(own), soil%state_names]
     made%state_names(at_strain)%text = 'strain_since_reversal'
-    made%state_names(own + 1:) = soil%state_names
     made%stiffness_scale = soil%young
     made%shear_scale = soil%shear
     call move_alloc(made, model)

@@ -35,7 +35,6 @@ module qsmpm_softening
 
   !> Peak and residual strength and the curve between them.
   type :: softening_type
-    logical :: active = .false.
     !> Whether strain is scaled by the cell size, and whether the nonlocal field replaces this in small cells.
     logical :: by_cell = .false., nonlocal = .false.
     logical :: exponential = .false.
@@ -60,14 +59,12 @@ module qsmpm_softening
 
 contains
 
-  !> Sets up the softening of checked parameters.
+  !> Sets up the softening of checked parameters, which give it.
   pure subroutine make_softening(parameters, softening)
     type(material_parameters_type), intent(in) :: parameters
     !> The curve from peak to residual strength.
     type(softening_type), intent(out) :: softening
 
-    softening%active = parameters%mohr_coulomb .and. parameters%softening%given
-    if (.not. softening%active) return
     softening%peak = parameters
     associate (said => parameters%softening)
       softening%exponential = said%shape == softening_exponential

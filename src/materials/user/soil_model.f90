@@ -8,9 +8,8 @@
 !> Cauchy stress is computed entirely by the model: nothing is added to it afterwards.
 module qsmpm_soil_model
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: step_info_type
+  use qsmpm_law, only: step_info_type, model_traits_type
   use qsmpm_tensor, only: identity
-  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -56,25 +55,12 @@ module qsmpm_soil_model
   end type soil_response_type
 
   !> A soil model with its parameters. It stores no state.
-  type, abstract :: soil_model_type
-    !> Number of state variables of a point.
-    integer :: state_count = 0
-    !> Names of the state variables in results, if any (state_count).
-    type(string_type), allocatable :: state_names(:)
-    !> Whether the tangent is symmetric for every state.
-    logical :: symmetric = .false.
-    !> Advice for the user; unallocated if there is none.
-    character(len=:), allocatable :: advice
-    !> Whether it reports which points yield.
-    logical :: tells_yield = .true.
+  type, abstract, extends(model_traits_type) :: soil_model_type
     !> Whether several threads may call it at once.
     logical :: thread_safe = .true.
     !> Whether it uses strain_start; and the deformation gradients. Points then store 6 and 9 additional numbers.
     logical :: reads_strain = .false.
     logical :: reads_gradient = .false.
-    !> Young's modulus and shear modulus that scale the stabilisation.
-    real(wp) :: stiffness_scale = 0.0_wp
-    real(wp) :: shear_scale = 0.0_wp
   contains
     !> Initial state of a point with a given stress.
     procedure(start_interface), deferred :: start

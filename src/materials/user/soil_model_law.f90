@@ -13,7 +13,7 @@ module qsmpm_soil_model_law
   use qsmpm_kinds, only: wp
   use qsmpm_difference_tangent, only: difference_tangent
   use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, status_unrecoverable, tangent_none, &
-    tangent_elastic
+    tangent_elastic, unnamed_states
   use qsmpm_point_result, only: finish_points
   use qsmpm_rest_check, only: changes_at_rest, what_changes, rest_is_faulty
   use qsmpm_rounded_text, only: rounded_text
@@ -26,8 +26,8 @@ module qsmpm_soil_model_law
 
   public :: soil_model_law_type, make_soil_model_law
 
-  !> Components of a packed gradient in 2D and in 3D among the nine components.
-  integer, parameter :: in_plane(5) = [1, 2, 4, 5, 9], in_space(9) = [1, 2, 3, 4, 5, 6, 7, 8, 9]
+  !> Components of a packed gradient in 2D among the nine components.
+  integer, parameter :: in_plane(5) = [1, 2, 4, 5, 9]
 
   !> The law of a soil model.
   type, extends(law_type) :: soil_model_law_type
@@ -57,35 +57,15 @@ contains
 
     allocate (law%model, source=model)
     law%name = ''
+    law%model_traits_type = model%model_traits_type
     law%dimension = dimension
     law%before_strain = merge(9, 0, model%reads_gradient)
     law%before_own = law%before_strain + merge(6, 0, model%reads_strain)
     law%state_count = law%before_own + model%state_count
     law%asks_where = .true.
-    law%tells_yield = model%tells_yield
-    if (allocated(model%advice)) law%advice = model%advice
     law%of_user = .true.
-    law%symmetric = model%symmetric
-    law%stiffness_scale = model%stiffness_scale
-    law%shear_scale = model%shear_scale
-    if (allocated(model%state_names)) call name_states(model, law)
+    if (allocated(model%state_names)) law%state_names = [unnamed_states(law%before_own), model%state_names]
   end subroutine make_soil_model_law
-
-  !> Sets the names of the state variables: those of the model's own state; the preceding ones have none.
-  subroutine name_states(model, law)
-    class(soil_model_type), intent(in) :: model
-    !> The law; its names are set.
-    type(soil_model_law_type), intent(inout) :: law
-    integer :: i
-
-    allocate (law%state_names(law%state_count))
-    do i = 1, law%before_own
-      law%state_names(i)%text = ''
-    end do
-    do i = 1, model%state_count
-      law%state_names(law%before_own + i)%text = model%state_names(i)%text
-    end do
-  end subroutine name_states
 
   !> Initialises the state of an undeformed point with a given stress.
   subroutine start_at(self, stress, place, state)
@@ -118,7 +98,13 @@ contains
     integer :: p
 
     do p = 1, batch%count
-      call update_point(self, batch, p, tangent)
+      if (self%model%thread_safe) then
+        call update_point(self, batch, p, tangent)
+      else
+        !$omp critical (qsmpm_soil_model)
+        call update_point(self, batch, p, tangent)
+        !$omp end critical (qsmpm_soil_model)
+      end if
     end do
     call finish_points(batch, tangent)
   end subroutine update
@@ -199,7 +185,7 @@ contains
     if (allocated(batch%water)) increment%water = batch%water(:, p)
   end subroutine describe_step
 
-  !> Calls the model, by one thread at a time if it requires that.
+  !> Calls the model.
   subroutine ask_model(self, increment, stress, state_start, state, response)
     class(soil_model_law_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
@@ -215,15 +201,7 @@ contains
     if (self%before_strain > 0) call pack_gradient(increment%gradient_end, state(1:9))
     if (self%before_own > self%before_strain) state(self%before_strain + 1:self%before_own) = &
       increment%strain_start + increment%strain
-    associate (own => state(self%before_own + 1:self%state_count))
-      if (self%model%thread_safe) then
-        call self%model%update(increment, stress, own, response)
-      else
-        !$omp critical (qsmpm_soil_model)
-        call self%model%update(increment, stress, own, response)
-        !$omp end critical (qsmpm_soil_model)
-      end if
-    end associate
+    call self%model%update(increment, stress, state(self%before_own + 1:self%state_count), response)
   end subroutine ask_model
 
   !> Keeps stress and state at zero strain, with the tangent of small strains around it. If the model rejects those as
@@ -241,13 +219,7 @@ contains
 
     associate (own => state_start(self%before_own + 1:self%state_count))
       said%status = status_ok
-      if (increment%wants_tangent .and. self%model%thread_safe) then
-        call difference_tangent(self%model, increment, stress, own, said)
-      else if (increment%wants_tangent) then
-        !$omp critical (qsmpm_soil_model)
-        call difference_tangent(self%model, increment, stress, own, said)
-        !$omp end critical (qsmpm_soil_model)
-      end if
+      if (increment%wants_tangent) call difference_tangent(self%model, increment, stress, own, said)
       if (said%status == status_unrecoverable) response = said
       if (said%status /= status_ok .or. .not. all(is_usable(said%tangent))) return
       state(self%before_own + 1:self%state_count) = own
@@ -274,13 +246,7 @@ contains
     if (.not. changes_at_rest(start, stress)) return
     associate (before => [start, batch%state_start(self%before_own + 1:self%state_count, p)], &
       after => [stress, batch%state(self%before_own + 1:self%state_count, p)])
-      if (self%model%thread_safe) then
-        call what_changes(self%model, increment, before, after, what)
-      else
-        !$omp critical (qsmpm_soil_model)
-        call what_changes(self%model, increment, before, after, what)
-        !$omp end critical (qsmpm_soil_model)
-      end if
+      call what_changes(self%model, increment, before, after, what)
     end associate
     if (what /= rest_is_faulty) return
     response%status = status_unrecoverable
@@ -359,7 +325,7 @@ contains
     if (self%dimension == 2) then
       batch%tangent(:, :, p) = a(in_plane, in_plane)
     else
-      batch%tangent(:, :, p) = a(in_space, in_space)
+      batch%tangent(:, :, p) = a
     end if
   end subroutine finish_point
 

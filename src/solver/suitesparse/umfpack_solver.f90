@@ -46,9 +46,8 @@ module qsmpm_umfpack_solver
       real(c_double), intent(out) :: control(*)
     end subroutine umfpack_di_defaults
 
-    integer(c_int) function umfpack_di_qsymbolic(rows, columns, first, row, values, order, &
-      symbolic, &
-        control, info) bind(c)
+    integer(c_int) function umfpack_di_qsymbolic(rows, columns, first, row, values, order, symbolic, control, info) &
+      bind(c)
       import :: c_ptr, c_int, c_double
       integer(c_int), value :: rows, columns
       integer(c_int), intent(in) :: first(*), row(*), order(*)
@@ -58,9 +57,7 @@ module qsmpm_umfpack_solver
       real(c_double), intent(out) :: info(*)
     end function umfpack_di_qsymbolic
 
-    integer(c_int) function umfpack_di_numeric(first, row, values, symbolic, numeric, control, &
-      info) &
-        bind(c)
+    integer(c_int) function umfpack_di_numeric(first, row, values, symbolic, numeric, control, info) bind(c)
       import :: c_ptr, c_int, c_double
       integer(c_int), intent(in) :: first(*), row(*)
       real(c_double), intent(in) :: values(*), control(*)
@@ -80,9 +77,8 @@ module qsmpm_umfpack_solver
     end function umfpack_di_solve
 
     !> Null pointers are passed for the parts of the factors that are not required.
-    integer(c_int) function umfpack_di_get_numeric(lp, lj, lx, up, ui, ux, row_order, &
-      column_order, &
-        pivots, reciprocal, scales, numeric) bind(c)
+    integer(c_int) function umfpack_di_get_numeric(lp, lj, lx, up, ui, ux, row_order, column_order, pivots, &
+      reciprocal, scales, numeric) bind(c)
       import :: c_ptr, c_int, c_double
       type(c_ptr), value :: lp, lj, lx, up, ui, ux, row_order
       integer(c_int), intent(out) :: column_order(*), reciprocal
