@@ -694,8 +694,12 @@ contains
     call adapter_law(user_of(interface_umat, 'elastic_umat', [200.0_wp], 0), 3, law)
     call random_batch(law, 1, 0.01_wp, 1.0_wp, batch)
     call law%update(batch, tangent_consistent)
-    call tests%check('a missing constant is not a number', batch%status(1) == status_failed)
-    call tests%check('which is said', index(batch%message, 'than the 1 constants and 0 state variables') > 0)
+    call tests%check('a missing constant is found', batch%status(1) == status_unrecoverable)
+    call tests%check('which is reported', index(batch%message, 'reads more constants than the 1 of the deck') > 0)
+    call adapter_law(user_of(interface_umat, 'mohr_coulomb', [200.0_wp, 0.3_wp, 1.0_wp, 25.0_wp], 0), 3, law)
+    call random_batch(law, 1, 0.01_wp, 1.0_wp, batch)
+    call law%update(batch, tangent_consistent)
+    call tests%check('also where comparisons with it leave the model elastic', batch%status(1) == status_unrecoverable)
   end subroutine check_missing_constants
 
   !> Libraries and procedures that are not there, and a wrong number of state variables.

@@ -1,7 +1,7 @@
 !> Buffer for the arrays that are passed to a model, stored one after another with guard words before and after each. A
 !> model that writes beyond an array overwrites guard words instead of the caller's memory; this is reported.
 module qsmpm_marked_room
-  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_signaling_nan
   use, intrinsic :: iso_c_binding, only: c_double, c_int64_t
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: integer_text
@@ -35,8 +35,8 @@ contains
     end do
   end function first_places
 
-  !> Sets the guard words. Those after the last array are NaN: it contains the constants, and a
-  !> model that reads more of them than there are must not find zeros.
+  !> Sets the guard words. Those after the last array are signalling NaN: it contains the constants, and every operation
+  !> of a model that reads more of them than there are is invalid.
   pure subroutine put_marks(sizes, room)
     integer, intent(in) :: sizes(:)
     !> room_size(sizes) numbers; the arrays in it are not changed.
@@ -47,7 +47,7 @@ contains
     do i = 1, size(sizes)
       room(first(i) - between:first(i) - 1) = mark
     end do
-    room(first(i) - between:) = ieee_value(1.0_wp, ieee_quiet_nan)
+    room(first(i) - between:) = ieee_value(1.0_wp, ieee_signaling_nan)
   end subroutine put_marks
 
   !> Whether a guard word has been changed.
@@ -74,7 +74,7 @@ contains
       if (to > 0) exit
       low = first(i) + sizes(i)
     end do
-    if (i > size(sizes)) call damaged_part(room(low:), ieee_value(1.0_wp, ieee_quiet_nan), from, to)
+    if (i > size(sizes)) call damaged_part(room(low:), ieee_value(1.0_wp, ieee_signaling_nan), from, to)
     if (to == 0) return
     if (i == 1 .or. (i <= size(sizes) .and. from > 1 .and. between - to < from)) then
       words = 'the model writes '//integer_text(between + 1 - from)//' numbers before its argument '//trim(names(i))
@@ -95,7 +95,7 @@ contains
       do j = array, size(sizes) - 1
         if (furthest < first(j + 1) - (first(array) + sizes(array))) exit
         call damaged_part(room(first(j + 1) + sizes(j + 1):first(j + 2) - 1), &
-          merge(ieee_value(1.0_wp, ieee_quiet_nan), mark, j == size(sizes) - 1), start, end)
+          merge(ieee_value(1.0_wp, ieee_signaling_nan), mark, j == size(sizes) - 1), start, end)
         if (start /= 1) exit
         next = first(j + 1) + sizes(j + 1) + end
         furthest = next - (first(array) + sizes(array))

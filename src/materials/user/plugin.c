@@ -57,6 +57,7 @@ static volatile sig_atomic_t installed = 0, abandoned = 0;
 static procedure abandoned_model[most_abandoned];
 static int abandoned_by[most_abandoned];
 static _Thread_local struct guard *volatile active = NULL;
+static _Thread_local int invalid = 0;
 static struct calls calls[most_threads];
 static atomic_int threads = 0, watches = 0, stopped = 0;
 static _Thread_local struct calls *own_calls = NULL;
@@ -244,6 +245,7 @@ int qsmpm_guarded(procedure model, void (*call)(void *), void *data)
     }
     active = outer;
     note_call(model);
+    invalid = fetestexcept(FE_INVALID);
     fesetenv(&here.arithmetic);
     if (here.what == 0) return 0;
     for (i = 0; i < most_abandoned - 1 && abandoned_model[i] != NULL;) i++;
@@ -252,6 +254,12 @@ int qsmpm_guarded(procedure model, void (*call)(void *), void *data)
     abandoned++;
     if (here.what == left_by_exit) atexit(qsmpm_guard_leave);
     return (int)here.what;
+}
+
+/* Returns not 0 when a floating-point operation of the last call of this thread was invalid. */
+int qsmpm_guard_invalid(void)
+{
+    return invalid;
 }
 
 /* Returns the number of abandoned calls. */

@@ -9,8 +9,8 @@ module qsmpm_plugin
   implicit none
   private
 
-  public :: find_library, load_procedure, guarded_call, guard_words, guard_exit, guard_watch, model_abandoned, &
-    model_stopped, leave_process, silence, may_write, until_null
+  public :: find_library, load_procedure, guarded_call, guard_words, guard_exit, guard_watch, guard_invalid, &
+    model_abandoned, model_stopped, leave_process, silence, may_write, until_null
 
   !> Longest message of the loader.
   integer, parameter :: message_length = 1024
@@ -39,6 +39,11 @@ module qsmpm_plugin
       type(c_funptr), value :: model, procedure
       type(c_ptr), value :: data
     end function guarded_call
+
+    !> Not 0 when a floating-point operation of the last call of this thread was invalid (plugin.c).
+    integer(c_int) function guard_invalid() bind(c, name='qsmpm_guard_invalid')
+      import :: c_int
+    end function guard_invalid
 
     !> Must be called when the files of a run are open: a model that ends the process is then caught before they are
     !> closed by the exit handlers of their libraries (plugin.c).

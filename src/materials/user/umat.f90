@@ -5,7 +5,7 @@
 !> receives the rotated stress and strain at the start, DROT, and the deformation gradients; it must rotate tensors in
 !> its state itself. The contents of all arguments are listed in docs/user_models.md.
 module qsmpm_umat
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_null_funptr, c_size_t, c_loc, &
     c_funloc, c_f_pointer, c_f_procpointer, c_associated
   use qsmpm_difference_tangent, only: difference_tangent
@@ -13,9 +13,9 @@ module qsmpm_umat
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_jaumann_solid, only: product_of
-  use qsmpm_law, only: status_ok, status_cut, time_increment
+  use qsmpm_law, only: status_ok, status_cut, status_unrecoverable, time_increment
   use qsmpm_marked_room, only: room_size, first_places, put_marks
-  use qsmpm_plugin, only: load_procedure
+  use qsmpm_plugin, only: guard_invalid, load_procedure
   use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: upper, integer_text
@@ -29,6 +29,8 @@ module qsmpm_umat
   integer, parameter :: name_length = 80
   !> Length of the arrays of field variables: pore pressure, degree of saturation, the others zero.
   integer, parameter :: fields = 8
+  !> Number of zeros after the constants in a second call.
+  integer, parameter :: most_missing = 64
   !> Integer input arguments.
   integer, parameter :: whole_arguments = 11
   character(len=6), parameter :: whole_names(whole_arguments) = [character(len=6) :: 'NDI', 'NSHR', 'NTENS', 'NSTATV', &
@@ -181,8 +183,39 @@ contains
     end if
   end subroutine update
 
-  !> Calls the UMAT once.
+  !> Calls the UMAT. Where an operation on the way was invalid, it is called again with zeros after its constants: if
+  !> none is invalid then, it has read more constants than it is given. Comparisons with what it read there are false,
+  !> so that it might never yield.
   subroutine ask(self, increment, stress, state, response)
+    class(umat_type), intent(in) :: self
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress: on entry at the start, rotated; on exit at the end (6).
+    real(wp), intent(inout) :: stress(6)
+    !> State: on entry at the start, on exit at the end (state_count).
+    real(wp), intent(inout) :: state(:)
+    !> Tangent and status.
+    type(soil_response_type), intent(inout) :: response
+    type(umat_type) :: other
+    type(soil_response_type) :: said
+    real(wp) :: stress_start(6), state_start(self%state_count)
+
+    stress_start = stress
+    state_start = state
+    call call_once(self, increment, stress, state, response)
+    if (response%status /= status_ok) return
+    if (guard_invalid() == 0) return
+    other = self
+    other%props = [self%props, spread(0.0_c_double, 1, most_missing)]
+    call call_once(other, increment, stress_start, state_start, said)
+    if (said%status /= status_ok) return
+    if (guard_invalid() /= 0) return
+    response%status = status_unrecoverable
+    response%message = 'the model reads more constants than the '//integer_text(size(self%user%constants))// &
+      ' of the deck, library '//self%user%library
+  end subroutine ask
+
+  !> Calls the UMAT once.
+  subroutine call_once(self, increment, stress, state, response)
     class(umat_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress: on entry at the start, rotated; on exit at the end (6).
@@ -218,11 +251,7 @@ contains
       response%tangent(:n, :n) = reshape(room(first(at_ddsdde):first(at_ddsdde) + n*n - 1), [n, n])
       state = room(first(at_statev):first(at_statev) + self%state_count - 1)
     end associate
-    if (.not. (all(ieee_is_finite(stress)) .and. all(ieee_is_finite(response%tangent)) .and. &
-      all(ieee_is_finite(state)))) response%message = 'should it read more '// &
-      'than the '//integer_text(size(self%user%constants))//' constants and '//integer_text(self%state_count)// &
-      ' state variables it is given: those are not numbers'
-  end subroutine ask
+  end subroutine call_once
 
   !> Integer input arguments that a model must not change, in the order of `whole_names`.
   pure function whole_numbers(arguments) result(numbers)
