@@ -4,8 +4,8 @@
     verification/random_grounds.py [--count 20] [--seed 1] [--only N ...] [--program build/qsmpm] [--keep DIR] [--markdown FILE]
 
 A slope built at once, a cut excavated from K0 ground, or an embankment on level ground, of one to four layers of clay (phi = 0) and soil with friction
-(psi = phi in three quarters of the scenes, psi = 0 in the others), a third of them with a seam of 0.3 to 1.5 cells, half with a water level, a third with a surcharge
-on the crest; 6 to 12 cells a height. The strengths are scaled so that the factor is 1.15 to 1.9. The deck names no element and no method. With psi = 0 the
+(psi = phi in three quarters of the scenes, psi = 0 in the others), a third of them with a seam of 0.3 to 1.5 cells, half with a water level, a third with
+a surcharge on the crest; 6 to 12 cells a height. The strengths are scaled so that the factor is 1.15 to 1.9. The deck names no element and no method. With psi = 0 the
 bounds are those of strength reduced after Davis.
 
 A scene passes if the factor is within 3 % of the bounds, or if a warning, the note on the flow rule with a lowest value below the upper bound, the one on

@@ -34,8 +34,8 @@ contains
     bins%edge = max((2.0_wp*product(max(extent, 1.0e-3_wp*maxval(extent)))/n)**(1.0_wp/d), &
       1.0e-3_wp*maxval(extent), tiny(1.0_wp)*1.0e9_wp)
     bins%counts(:d) = 1 + int(extent/bins%edge)
-    call list_by_key([(box_number(bin_at(bins, positions(:, p)), bins%counts), p=1, n)], product(bins%counts), bins%first, &
-      bins%point)
+    call list_by_key([(box_number(bin_at(bins, positions(:, p)), bins%counts), p=1, n)], product(bins%counts), &
+      bins%first, bins%point)
   end subroutine make_bins
 
   !> Bin of a position; the nearest bin for a position outside all bins.

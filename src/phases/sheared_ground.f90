@@ -343,8 +343,8 @@ contains
     text = 'flows at psi = '//rounded_text(law%dilatancy_angle, 3)//text
   end function flow_text
 
-  !> Returns the note that the ground has moved so far since the deck that the factor of safety is that of another shape:
-  !> a slope that settles by 1 % of the height of the ground has a factor about 2 % higher. Empty otherwise.
+  !> Returns the note that the ground has moved so far that the factor of safety is that of another shape: a slope that
+  !> settles by 1 % of the height of the ground has a factor about 2 % higher. Empty otherwise.
   function moved_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
