@@ -373,8 +373,9 @@ def quiet(checks: Checks, folder: pathlib.Path) -> None:
                  steps=2, fixities="*FIX\nbase, ALL\nside, X\n").replace("0, 1, 0, 1\n", "-1, 1, 0, 1\n") + VARIANTS
     run = checks.run(folder, deck, "--quiet")
     shown, told = run.stdout.splitlines(), run.stderr.splitlines()
-    checks.check("quiet, the factor of safety is shown", len(shown) == 2 and shown[0].startswith("phase 'factor': factor of safety ")
-                 and shown[1].startswith("the factor depends on the grid"), run.stdout[-500:])
+    checks.check("quiet, the factor of safety is shown, with what it depends on", len(shown) == 3
+                 and shown[0].startswith("phase 'factor': factor of safety ") and shown[1].startswith("the factor depends on the grid")
+                 and shown[2].startswith("the factor is that of the deformed ground"), run.stdout[-500:])
     warnings = [line for line in told if "warning: " in line]
     checks.check("quiet, warnings go to the error output", any("body 'block': 50.0 % of it lies outside" in line for line in warnings),
                  run.stderr[-500:])

@@ -112,7 +112,7 @@ class Embedding:
         # Flags of signals, and the guard around models that end the process: they belong to the process.
         known = {"posix.c.o: received", "plugin.c.o: active", "plugin.c.o: installed", "plugin.c.o: abandoned",
                  "plugin.c.o: abandoned_by", "plugin.c.o: abandoned_model", "plugin.c.o: before",
-                 *(f"plugin.c.o: {name}" for name in ("watches", "threads", "calls", "own_calls", "stopped"))}
+                 *(f"plugin.c.o: {name}" for name in ("watches", "threads", "calls", "own_calls", "stopped", "invalid"))}
         expect(set(found) <= known and "posix.c.o: received" in found,
                f"variables that outlive a call: {set(found) - known}")
 

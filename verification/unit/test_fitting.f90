@@ -19,6 +19,9 @@ module test_fitting
   !> The box of the scenes, and cells along its sides.
   real(wp), parameter :: width = 20.0_wp, height = 12.0_wp
   integer, parameter :: scenes = 1000
+  !> Cells of all scenes, and sum of the squares of their sides.
+  integer, parameter :: cells_of_scenes = 1418853
+  real(wp), parameter :: sides_of_scenes = 1.7762862874967e6_wp
   !> What docs/methods/fitted.md states.
   real(wp), parameter :: least_angle = 15.0_wp*pi/180.0_wp
 
@@ -183,11 +186,14 @@ contains
     type(outline_type), allocatable :: outlines(:)
     type(fitted_mesh_type) :: mesh
     type(error_type), allocatable :: error
-    integer :: seed, refused, cell
-    real(wp) :: smallest, gap
+    integer :: seed, refused, cell, cells
+    real(wp) :: smallest, gap, sides
     logical :: is_turned
+    character(len=40) :: found
 
     refused = 0
+    cells = 0
+    sides = 0.0_wp
     smallest = pi
     gap = 0.0_wp
     is_turned = .false.
@@ -201,8 +207,12 @@ contains
       end if
       smallest = min(smallest, minval(mesh%angle, mask=.not. mesh%is_dictated))
       gap = max(gap, abs(sum([(area_of(mesh, cell), cell=0, 9)]) - width*height))
+      cells = cells + size(mesh%region)
       do cell = 1, size(mesh%region)
-        is_turned = is_turned .or. .not. polygon_area(mesh%position(:, mesh%corner(:, cell))) > 0.0_wp
+        associate (x => mesh%position(:, mesh%corner(:, cell)))
+          is_turned = is_turned .or. .not. polygon_area(x) > 0.0_wp
+          sides = sides + sum((x - x(:, [2, 3, 1]))**2)
+        end associate
       end do
     end do
     call tests%check('few scenes are refused, each for a sliver', refused < scenes/50)
@@ -210,6 +220,10 @@ contains
       smallest > least_angle)
     call tests%check('cells fill the box', gap < 1.0e-9_wp*width*height)
     call tests%check('no cell is turned over', .not. is_turned)
+    ! Own run: sizes, places and diagonals are those of the method of docs/methods/fitted.md as it is.
+    write (found, '(i0, 1x, es22.15)') cells, sides
+    call tests%check('the meshes have the cells and the sides that they had; found: '//found, &
+      cells == cells_of_scenes .and. abs(sides - sides_of_scenes) <= 1.0e-9_wp*sides_of_scenes)
   end subroutine check_scenes
 
   !> A scene.

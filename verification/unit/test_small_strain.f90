@@ -284,7 +284,12 @@ contains
   subroutine check_refusals(tests)
     type(tests_type), intent(inout) :: tests
     type(hardening_soil_parameters_type) :: p
+    class(law_type), allocatable :: law, plain
 
+    call make(stiff_sand(), 2, law)
+    call make(sand_parameters(), 2, plain)
+    call tests%check('the stiffness by which contact and stabilisation are scaled is that of the soil at large strain', &
+      law%stiffness_scale > 0.0_wp .and. abs(law%stiffness_scale - plain%stiffness_scale) <= 1.0e-12_wp*plain%stiffness_scale)
     p = stiff_sand()
     p%small_shear = 37000.0_wp
     call expect_refusal(tests, 'below G_ur', p, 'G0 must not be below')

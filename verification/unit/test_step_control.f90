@@ -12,7 +12,7 @@ module test_step_control
   use qsmpm_model, only: model_type
   use qsmpm_step_control, only: substep_damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
     has_length_error, reequilibration_attempt, fades_slowly, reject_first, reject_flowing, reject_overloaded, &
-    reequilibration_controls, note_try, tries_type, is_balanced, is_beyond_help, is_dampable, is_too_long, &
+    reequilibration_controls, note_try, tries_type, is_balanced, is_beyond_help, judge_stabilisation, is_dampable, is_too_long, &
     reject_compliant, cause_of_end, lacks_support, largest_move, is_borne, must_equilibrate, retries_line_search, static_attempt, &
       substep_attempt
   use qsmpm_step_solver, only: attempt_type
@@ -225,6 +225,7 @@ contains
     type(tests_type), intent(inout) :: tests
     type(step_share_type), allocatable :: shares(:)
     type(controls_type) :: controls
+    type(outcome_type) :: outcome
 
     call tests%check('a residual at the tolerance is balanced', is_balanced(four, 1.0e-6_wp))
     call tests%check('one above is not', .not. is_balanced(four, 1.001e-6_wp))
@@ -246,6 +247,9 @@ contains
     call tests%check('there a hundredth is borne', is_borne(controls, shares, .true.))
     shares(1)%share = 0.051_wp
     call tests%check('not more', .not. is_borne(controls, shares, .false.))
+    call judge_stabilisation(controls, shares, [1.0_wp, 2.0_wp], .false., outcome)
+    call tests%check('the message has the share and its place; found: '//outcome%reason, &
+      index(outcome%reason, 'the stabilisation carries 5.1 % of the forces at (1, 2)') == 1)
     shares(1) = step_share_type(stabilisation_share, share=0.05_wp, work_share=0.011_wp)
     call tests%check('nor where its work counts', .not. is_borne(controls, shares, .false.))
     shares(1)%work_share = 0.0_wp
