@@ -173,17 +173,51 @@ contains
     !> (nodes or more, nodes or more)
     real(wp), contiguous, intent(in) :: block(:, :)
     type(sparse_matrix_type), intent(inout) :: matrix
-    real(wp), allocatable :: full(:, :, :, :)
-    integer :: c, d, n
+    integer :: n, node, pair
 
-    d = size(equations%number, 1)
-    n = equations%connectivity%first(stencil + 1) - equations%connectivity%first(stencil)
-    allocate (full(d, n, d, n), source=0.0_wp)
-    do c = 1, d
-      full(c, :, c, :) = block(:n, :n)
-    end do
-    call add_block(equations, stencil, full, matrix)
+    node = equations%connectivity%first(stencil)
+    n = equations%connectivity%first(stencil + 1) - node
+    pair = equations%pair_first(stencil)
+    call add_scalars(size(equations%number, 1), n, size(block, 1), equations%connectivity%nodes(node:node + n - 1), &
+      equations%pair_offset(pair:pair + n*n - 1), equations%number, matrix%symmetric, matrix%row_first, block, &
+      matrix%values)
   end subroutine add_scalar_block
+
+  !> Adds the block to the plain arrays.
+  pure subroutine add_scalars(d, n, most, nodes, offset, number, symmetric, row_first, block, values)
+    !> Numbers of components and nodes; rows of the block.
+    integer, intent(in) :: d, n, most
+    !> As for `add_pairs`.
+    integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
+    logical, intent(in) :: symmetric
+    integer, intent(in) :: row_first(*)
+    real(wp), intent(in) :: block(most, *)
+    real(wp), intent(inout) :: values(*)
+    integer :: a, b, c, before, row_end(d, n), at
+    logical :: free(n)
+
+    call find_row_ends(d, n, nodes, number, row_first, row_end, free)
+    do b = 1, n
+      do a = 1, n
+        if (offset(a, b) == 0) cycle
+        if (free(a) .and. free(b)) then
+          do c = 1, d
+            at = row_end(c, a) - offset(a, b) + c - 1
+            values(at) = values(at) + block(a, b)
+          end do
+          cycle
+        end if
+        before = 0
+        do c = 1, d
+          if (number(c, nodes(b)) == 0) cycle
+          at = row_end(c, a) - offset(a, b) + before
+          if (row_end(c, a) > 0 .and. .not. (symmetric .and. number(c, nodes(b)) < number(c, nodes(a)))) &
+            values(at) = values(at) + block(a, b)
+          before = before + 1
+        end do
+      end do
+    end do
+  end subroutine add_scalars
 
   !> Adds a value to the diagonal at a component of a node; does nothing if it is not an unknown.
   pure subroutine add_diagonal(equations, component, node, value, matrix)
