@@ -5,11 +5,12 @@
 
 A slope built at once, a cut excavated from K0 ground, or an embankment on level ground, of one to four layers of clay (phi = 0) and soil with friction
 (psi = phi in three quarters of the scenes, psi = 0 in the others), a third of them with a seam of 0.3 to 1.5 cells, half with a water level, a third with
-a surcharge on the crest; 6 to 12 cells a height. The strengths are scaled so that the factor is 1.15 to 1.9. The deck names no element and no method. With psi = 0 the
-bounds are those of strength reduced after Davis.
+a surcharge on the crest; 6 to 12 cells a height. The strengths are scaled so that the factor is 1.15 to 1.9. The deck names no element and no method. With
+psi = 0 the bounds are those of strength reduced after Davis.
 
-A scene passes if the factor is within 3 % of the bounds, or if a warning, the note on the flow rule with a lowest value below the upper bound, the one on
-ground that has deformed, a bracket without an upper end or an error reports that it is not. Closes with `N passed, N failed`.
+A scene passes if the factor is within 3 % of the bounds, or if a warning of the factor, the note on the flow rule with a lowest value below the upper
+bound, the one on ground that has deformed, a bracket without an upper end or an error (exit codes 2 and 3) reports that it is not. Closes with `N passed,
+N failed`.
 """
 
 from __future__ import annotations
@@ -206,8 +207,9 @@ class Result:
     def reported(self) -> bool:
         """Whether the log says why the factor is not within the bounds."""
         lowest = [float(x) for line in self.said for x in re.findall(r"after Davis it may be as low as ([\d.]+)", line)]
-        words = ("warning", "neither equilibrium nor", "deformed ground", "exit code")
-        return any(word in line for line in self.said for word in words) or any(x < self.high for x in lowest)
+        words = ("neither equilibrium nor", "deformed ground", "exit code 2:", "exit code 3:")
+        warned = any(line.startswith("warning") and "factor" in line for line in self.said)
+        return warned or any(word in line for line in self.said for word in words) or any(x < self.high for x in lowest)
 
     @property
     def held(self) -> bool:

@@ -186,6 +186,11 @@ contains
     call tests%close('two at once', bracket%lost, 2.2_wp, rounding)
     call note_stable(2.25_wp, 0.0_wp, .false., bracket)
     call tests%close('and so on', bracket%lost, 2.3_wp, rounding)
+    bracket = bracket_type()
+    call note_stable(1.25_wp, 0.3_wp, .false., bracket)
+    call tests%close('the first stable factor has no increase to refer its displacement to', bracket%compliance, 0.0_wp, rounding)
+    call note_stable(1.3_wp, 0.1_wp, .false., bracket)
+    call tests%close('a displacement of 0.1 by an increase of 0.05', bracket%compliance, 2.0_wp, rounding)
   end subroutine check_mistaken
 
   !> Every body is bracketed as narrowly as is asked for.
