@@ -214,8 +214,7 @@ module qsmpm_model
     integer, allocatable :: history_state(:), history_number(:)
     !> Body that each tracer follows (0: any active body); foot of the tracer (0 for none) (tracers).
     integer, allocatable :: tracer_body(:), tracer_foot(:)
-    !> Initial node coordinates of a mesh that moves with the material, if bodies are activated or deactivated
-    !> (dimension, node_count).
+    !> Initial node coordinates of a mesh that moves with the material (dimension, node_count).
     real(wp), allocatable :: drawn_coordinates(:, :)
     !> Feet of activated bodies and the points above them.
     type(lift_feet_type) :: feet

@@ -51,7 +51,7 @@ contains
     do c = 1, size(holds_soil)
       if (.not. holds_soil(c)) cycle
       now = quality(model%mesh, model%state%coordinates, c)
-      if (now < least_quality) is_worn = now < worn_share*quality(model%mesh, model%mesh%coordinates, c)
+      if (now < least_quality) is_worn = now < worn_share*quality(model%mesh, model%drawn_coordinates, c)
       if (is_worn) return
     end do
   end function is_worn

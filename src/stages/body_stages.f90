@@ -59,8 +59,9 @@ contains
 
     call allocate_inactive(model%state%inactive, model%mesh%dimension)
     model%state%points%start_weight = model%state%points%weight
+    if (model%analysis%method%basis == basis_fem .and. .not. allocated(model%drawn_coordinates)) &
+      allocate (model%drawn_coordinates, source=model%mesh%coordinates)
     if (.not. has_stages(model%analysis)) return
-    if (model%analysis%method%basis == basis_fem) model%drawn_coordinates = model%mesh%coordinates
     model%history_number = model%history_point
     if (is_divided(model%part)) model%history_number = int(model%part%history_number)
     call find_surface_bodies(model)
