@@ -8,7 +8,8 @@
 !> (qsmpm_step_control). The result is the knee, where C, interpolated logarithmically between the midpoints of these
 !> two steps, is LIMIT COMPLIANCE times the reference. Its uncertainty is estimated from the plateau, which begins at
 !> the load at which C is half of the allowed value, found in the same way, and ends as far above the knee as the
-!> extrapolated load of infinite compliance. Without LIMIT COMPLIANCE, C is only measured.
+!> extrapolated load of infinite compliance. Without LIMIT COMPLIANCE, C is only measured, and the load at which it
+!> first reaches 20 times the reference, or 10 times where it does not, is recorded as an estimate.
 !> docs/methods/limit_loads.md
 module qsmpm_limit_load
   use qsmpm_kinds, only: wp
@@ -16,8 +17,9 @@ module qsmpm_limit_load
   implicit none
   private
 
-  public :: compliance_type, limit_load_type, add_compliance, compliance_of, note_accepted, note_refused
-  public :: is_found, interpolate_knee, limit_loads, limit_text, limit_report, relative_compliance, jump_note
+  public :: compliance_type, limit_load_type, add_compliance, compliance_of, convert_compliances
+  public :: note_accepted, note_refused, fallen, is_found, interpolate_knee
+  public :: limit_loads, limit_text, limit_report, relative_compliance, jump_note
 
   !> Work and norm of the load increment of a step, from which its compliance follows.
   type :: compliance_type
@@ -38,8 +40,16 @@ module qsmpm_limit_load
     real(wp) :: plateau = 0.0_wp
     !> Load fraction at the knee, 0 until the limit load is found.
     real(wp) :: knee = 0.0_wp
+    !> Load fraction at which the compliance first reached 10 or 20 times that of the first step, 0 for none.
+    real(wp) :: passed = 0.0_wp
+    !> df . df of the last accepted step over the square of its load fraction; whether that of the next step refers to
+    !> other nodes.
+    real(wp) :: square = 0.0_wp
+    logical :: remeshed = .false.
   end type limit_load_type
 
+  !> Ratio of the compliance of a step to that of the first one beyond which soil has failed, and at its limit load.
+  real(wp), parameter :: fallen = 10.0_wp, at_limit = 20.0_wp
   !> Fraction of the allowed compliance above which a step belongs to the plateau.
   real(wp), parameter :: flat = 0.5_wp
 
@@ -53,6 +63,24 @@ contains
     step%work = step%work + solve%work
     if (.not. step%square > 0.0_wp) step%square = solve%square
   end subroutine add_compliance
+
+  !> Converts the compliances of a phase to the nodes of another mesh, where a step is the first one on it: df . df of
+  !> the same load depends on the nodes on which it acts, its work does not.
+  pure subroutine convert_compliances(step, length, limit)
+    type(compliance_type), intent(in) :: step
+    !> Load fraction of the step.
+    real(wp), intent(in) :: length
+    type(limit_load_type), intent(inout) :: limit
+    real(wp) :: ratio
+
+    if (.not. (limit%remeshed .and. step%square > 0.0_wp .and. limit%square > 0.0_wp)) return
+    ratio = limit%square*length**2/step%square
+    limit%first = ratio*limit%first
+    limit%last = ratio*limit%last
+    limit%most = ratio*limit%most
+    limit%refused_compliance = ratio*limit%refused_compliance
+    limit%remeshed = .false.
+  end subroutine convert_compliances
 
   !> Returns the compliance of a step, 0 if no load increases.
   pure real(wp) function compliance_of(step)
@@ -77,6 +105,12 @@ contains
     limit%most = max(limit%most, limit%last)
     limit%middle = 0.5_wp*(start + last)
     if (.not. limit%first > 0.0_wp) limit%first = limit%last
+    limit%square = step%square/(last - start)**2
+    limit%remeshed = .false.
+    if (limit%last > fallen*limit%first .and. .not. limit%passed > 0.0_wp) limit%passed = load_of(fallen*limit%first, &
+      before, limit%last, limit%middle)
+    if (limit%last > at_limit*limit%first .and. .not. before%most > at_limit*limit%first) limit%passed = &
+      load_of(at_limit*limit%first, before, limit%last, limit%middle)
     ! A load that was rejected in a larger step is now supported.
     if (.not. last < limit%refused) limit%refused = 0.0_wp
     if (.not. (allowed > 0.0_wp .and. limit%last > flat*allowed*limit%first)) then

@@ -33,7 +33,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, writes_kept_phases, text_fingerprint
 
   !> Version of the file layout; other versions are rejected.
-  integer, parameter :: layout = 21
+  integer, parameter :: layout = 22
 
 contains
 

@@ -477,7 +477,8 @@ contains
         number_type('last_compliance', real=limit%last), number_type('last_middle', real=limit%middle), &
         number_type('refused', real=limit%refused), number_type('refused_compliance', real=limit%refused_compliance), &
         number_type('refused_middle', real=limit%refused_middle), number_type('plateau', real=limit%plateau), &
-        number_type('most_compliance', real=limit%most), number_type('knee', real=limit%knee)]
+        number_type('most_compliance', real=limit%most), number_type('knee', real=limit%knee), &
+        number_type('failure_passed', real=limit%passed), number_type('load_square', real=limit%square)]
     end associate
   end subroutine list_numbers
 

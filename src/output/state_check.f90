@@ -144,9 +144,9 @@ contains
   pure logical function limit_good(limit)
     type(limit_load_type), intent(in) :: limit
 
-    limit_good = all(is_usable([limit%first, limit%last, limit%most, limit%refused_compliance])) .and. &
-      minval([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee]) >= 0.0_wp .and. &
-      maxval([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee]) <= 1.0_wp
+    limit_good = all(is_usable([limit%first, limit%last, limit%most, limit%refused_compliance, limit%square])) .and. &
+      all(abs([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee, limit%passed] - 0.5_wp) &
+      <= 0.5_wp)
   end function limit_good
 
   !> Returns whether all fields are finite and the points are in cells of the mesh.

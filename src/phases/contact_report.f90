@@ -223,13 +223,14 @@ contains
       'another equilibrium; check with smaller steps or cells', observer)
   end subroutine end_contact_check
 
-  !> Notes, where prescribed displacements have reached their limit load, that it depends on the grid, and warns of clay
-  !> whose reaction continues to increase after failure, where cells move with the displaced nodes.
+  !> Notes, where prescribed displacements have reached their limit load, that it depends on the grid, and warns of a
+  !> reaction that continues to increase after failure, where cells move with the displaced nodes.
   subroutine warn_of_rise(model, course, observer)
     type(model_type), intent(in) :: model
     type(course_type), intent(in) :: course
     class(observer_type), intent(inout) :: observer
     type(law_description_type) :: traits(size(model%analysis%materials))
+    character(len=:), allocatable :: depth
     integer :: m
 
     if (.not. course%knee > 0.0_wp .or. .not. any(may_yield(model%analysis%materials))) return
@@ -238,11 +239,13 @@ contains
     if (model%analysis%method%basis /= basis_fem) return
     if (.not. course%reached > (1.0_wp + much_of_knee)*course%knee) return
     traits = [(traits_of(model%analysis%materials(m)), m=1, size(traits))]
-    if (any(may_yield(model%analysis%materials) .and. .not. traits%failure_keeps_volume)) return
+    depth = ''
+    if (any(may_yield(model%analysis%materials) .and. .not. traits%failure_keeps_volume)) &
+      depth = ' (soil with friction also carries more the deeper they are)'
     call observer%note(start_of(model)//': the mean reaction along its prescribed displacement has risen by '// &
-      rounded_text(100.0_wp*(course%reached/course%knee - 1.0_wp), 2)//' % since the clay failed: cells beside '// &
-      'the prescribed nodes are dragged along and restrain the soil; smaller cells, or a *RIGID BODY in place of '// &
-      'the nodes, show how much of the rise is real')
+      rounded_text(100.0_wp*(course%reached/course%knee - 1.0_wp), 2)//' % since the ground failed: cells '// &
+      'beside the prescribed nodes are dragged along and restrain the soil'//depth//'; smaller cells, or a '// &
+      '*RIGID BODY in place of the nodes, show how much of the rise is real')
   end subroutine warn_of_rise
 
   !> Warns of a force that has decreased in a phase, and resets its history.

@@ -174,6 +174,7 @@ contains
 
     call leave_mesh(model, note, error)
     if (allocated(error)) return
+    model%state%progress%limit%remeshed = .true.
     call begin_analysis(model, loop%step%terms)
     call observer%note(note//': '//reason)
   end subroutine change_background

@@ -7,6 +7,7 @@ module qsmpm_sheared_ground
   use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_background_in_use, only: is_at_start
   use qsmpm_kept_arrays, only: is_kept, kept_values
+  use qsmpm_limit_load, only: fallen
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_method_description, only: basis_fem, basis_standard
   use qsmpm_model, only: model_type
@@ -33,9 +34,6 @@ module qsmpm_sheared_ground
   real(wp), parameter :: flows = 0.1_wp, much = 2.0e-3_wp
   !> Plastic shear strain of failed soil whose law hardens: it shears by a tenth and more before the critical state.
   real(wp), parameter :: hardened = 0.3_wp
-  !> Ratio of the compliance of a step to that of the first one beyond which soil has failed:
-  !> docs/methods/limit_loads.md.
-  real(wp), parameter :: fallen = 10.0_wp
   !> Volume ratio that no soil reaches by dilation: loose sand grows by a tenth at most.
   real(wp), parameter :: swollen = 1.5_wp
   !> Plastic shear strain of failing soil, and ratio of tan(phi) after Davis below which it is reported.
@@ -81,8 +79,9 @@ contains
       if (len(text) > 0) text = "warning: phase '"//phase%name//"': "//text//', and the same load moved '// &
         'the ground up to '//rounded_text(times, 2)//' times as far as in the first step: the ground has '// &
         'failed, and is in equilibrium in a deformed shape'//way_text(model)//'. Its limit load is less than '// &
-        'the load of the phase: `qsmpm-verify bounds DECK --phase NAME` or *CONTROLS, LIMIT COMPLIANCE gives it'// &
-        new_line('a')
+        'the load of the phase, about load factor '//rounded_text(phase%load_factor*progress%limit%passed, 3)// &
+        ' by the compliance of the steps: `qsmpm-verify bounds DECK --phase NAME` gives bounds, *CONTROLS, LIMIT '// &
+        'COMPLIANCE ends the phase there'//new_line('a')
     end associate
   end function fallen_note
 

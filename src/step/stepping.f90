@@ -10,7 +10,7 @@ module qsmpm_stepping
   use qsmpm_agreement, only: any_of
   use qsmpm_error, only: error_type, fail
   use qsmpm_initialisation, only: step_type, norm_of_forces, norm_of_volumes
-  use qsmpm_limit_load, only: add_compliance
+  use qsmpm_limit_load, only: add_compliance, convert_compliances
   use qsmpm_linear_system, only: begin_step, failures
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
@@ -128,6 +128,7 @@ contains
       call add_solves(solution%shares, record%shares)
       record%share_place = solution%share_place
       call add_compliance(solution%compliance, record%compliance)
+      call convert_compliances(record%compliance, attempt%fraction - attempt%start, model%state%progress%limit)
       record%largest_move = max(record%largest_move, solution%largest_move)
       record%displacement = record%displacement + solution%largest_move
       call reject_compliant(controls, record%compliance, model%state%progress%limit, outcome)

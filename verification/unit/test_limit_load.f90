@@ -1,9 +1,9 @@
 !> Compliance of steps, and the knee between the last two steps.
 module test_limit_load
   use qsmpm_kinds, only: wp
-  use qsmpm_limit_load, only: compliance_type, limit_load_type, add_compliance, compliance_of, note_accepted, &
-    note_refused, is_found, interpolate_knee, limit_loads, limit_text, limit_report, relative_compliance, &
-    jump_note
+  use qsmpm_limit_load, only: compliance_type, limit_load_type, add_compliance, compliance_of, &
+    convert_compliances, note_accepted, note_refused, is_found, interpolate_knee, limit_loads, limit_text, &
+    limit_report, relative_compliance, jump_note
   use testing, only: tests_type
   implicit none
   private
@@ -79,9 +79,41 @@ contains
     call tests%close('half of what is allowed is soft, a stiff step begins anew', limit%plateau, 0.25_wp + &
       0.1_wp*log(5.0_wp/4.9_wp)/log(5.1_wp/4.9_wp), rounding)
     call tests%close('the most compliant step is remembered', limit%most, 9.0_wp, rounding)
+    call tests%close('none has been ten times as soft as the first', limit%passed, 0.0_wp, 0.0_wp)
     call note_accepted(compliance_type(8.0_wp, 1.0_wp), 0.0_wp, 0.7_wp, 0.8_wp, limit)
     call tests%close('there is none where no limit load is looked for', limit%plateau, 0.0_wp, 0.0_wp)
+    call note_accepted(compliance_type(12.5_wp, 1.0_wp), 0.0_wp, 0.8_wp, 0.9_wp, limit)
+    ! Compliance 8 at 0.75 and 12.5 at 0.85: ten, their geometric mean, is in the middle.
+    call tests%close('failure is where the logarithm of the compliance says', limit%passed, 0.8_wp, rounding)
+    call note_accepted(compliance_type(2.0_wp, 1.0_wp), 0.0_wp, 0.9_wp, 0.95_wp, limit)
+    call note_accepted(compliance_type(50.0_wp, 1.0_wp), 0.0_wp, 0.95_wp, 1.0_wp, limit)
+    ! Compliance 2 at 0.925 and 50 at 0.975: ten is at their geometric mean.
+    call tests%close('twenty times is the better estimate', limit%passed, 0.925_wp + 0.05_wp*log(10.0_wp)/ &
+      log(25.0_wp), rounding)
+    call note_accepted(compliance_type(2.0_wp, 1.0_wp), 0.0_wp, 1.0_wp, 1.02_wp, limit)
+    call note_accepted(compliance_type(60.0_wp, 1.0_wp), 0.0_wp, 1.02_wp, 1.04_wp, limit)
+    call tests%close('and stays where it was first passed', limit%passed, 0.925_wp + 0.05_wp*log(10.0_wp)/ &
+      log(25.0_wp), rounding)
+    call check_other_nodes(tests)
   end subroutine check_plateau
+
+  !> The same load on fewer nodes: the square of its increment is larger, its work is not.
+  subroutine check_other_nodes(tests)
+    type(tests_type), intent(inout) :: tests
+    type(limit_load_type) :: limit
+
+    call note_accepted(compliance_type(4.0_wp, 1.0_wp), 0.0_wp, 0.0_wp, 0.1_wp, limit)
+    call note_accepted(compliance_type(8.0_wp, 1.0_wp), 0.0_wp, 0.1_wp, 0.2_wp, limit)
+    call convert_compliances(compliance_type(12.0_wp, 0.5_wp), 0.05_wp, limit)
+    call tests%close('on the same nodes compliances stay', limit%first, 4.0_wp, 0.0_wp)
+    limit%remeshed = .true.
+    call convert_compliances(compliance_type(12.0_wp, 0.5_wp), 0.05_wp, limit)
+    ! Half a step has a quarter of the square, 0.25, and here twice that.
+    call tests%check('on others all are converted', all(abs([limit%first, limit%last, limit%most] - [2.0_wp, 4.0_wp, &
+      4.0_wp]) <= rounding))
+    call convert_compliances(compliance_type(12.0_wp, 5.0_wp), 0.05_wp, limit)
+    call tests%close('once', limit%first, 2.0_wp, rounding)
+  end subroutine check_other_nodes
 
   !> What is told.
   subroutine check_words(tests)

@@ -34,7 +34,7 @@ module test_restart_rows
 
   integer, parameter :: mark(2) = [5, -3]
   !> Layout of the file (qsmpm_restart).
-  integer, parameter :: layout = 21
+  integer, parameter :: layout = 22
 
 contains
 
