@@ -51,13 +51,16 @@ contains
     type(interface_type), allocatable :: found(:)
     integer :: i, k
     logical, allocatable :: told(:)
+    character(len=:), allocatable :: cut
 
     notes = ''
     call find_interfaces(analysis, found, contacts=.true.)
     if (size(found) == 0) return
     allocate (told(size(analysis%bodies)), source=.false.)
     do i = 1, size(found)
-      if (found(i)%axis == 0 .and. analysis%mesh%kind /= mesh_fitted) notes = notes//cut_text(analysis, found(i))
+      cut = ''
+      if (found(i)%axis == 0 .and. analysis%mesh%kind /= mesh_fitted) cut = cut_text(analysis, found(i))
+      if (index(notes, cut) == 0) notes = notes//cut
       do k = 1, 2
         associate (body => found(i)%bodies(k), other => found(i)%bodies(3 - k))
           if (told(body) .or. .not. is_weak(analysis, found, body, other)) cycle

@@ -31,6 +31,9 @@ module qsmpm_layer_interfaces
     real(wp) :: ratio = 1.0_wp
     !> Axis normal to the interface and grid line on which it is; 0 for none.
     integer :: axis = 0, line = 0
+    !> Axis normal to the interface, also off the grid lines, and its coordinate there; 0 for none.
+    integer :: normal = 0
+    real(wp) :: place = 0.0_wp
   end type interface_type
 
 contains
@@ -150,6 +153,8 @@ contains
     type(interface_type) :: piece
 
     piece = between
+    piece%normal = axis
+    piece%place = x
     if (axis > 0) piece%line = minloc(abs(lines - x), dim=1)
     if (piece%line > 0) then
       if (abs(lines(piece%line) - x) <= near) then
@@ -159,7 +164,7 @@ contains
       end if
     end if
     if (any(found%bodies(1) == piece%bodies(1) .and. found%bodies(2) == piece%bodies(2) .and. &
-      found%axis == piece%axis .and. found%line == piece%line)) return
+      found%normal == piece%normal .and. abs(found%place - piece%place) <= near)) return
     found = [found, piece]
   end subroutine add
 

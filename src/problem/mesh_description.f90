@@ -29,6 +29,8 @@ module qsmpm_mesh_description
     type(source_line_type) :: where
     !> Element name as in the deck: WEDGE6, WEDGE15, TRI3, TRI6, QUAD4, QUAD8, HEX8, HEX20, TET4, TET10.
     character(len=:), allocatable :: element
+    !> Grid: lines moved onto interfaces of bodies, for the log; not allocated where none may be moved.
+    character(len=:), allocatable :: moved_lines
     !> Grid: x, y and (in 3D) z lines.
     type(axis_type) :: axes(3)
     integer :: diagonal = diagonal_right

@@ -26,6 +26,7 @@ module qsmpm_recommended_method
     basis_spline2, basis_spline2g, integrate_points, integrate_cells, stabilise_background, stabilise_ghost, &
     stabilise_none
   use qsmpm_element, only: allowed_counts, tri6
+  use qsmpm_interface_lines, only: follow_interfaces
   use qsmpm_layer_interfaces, only: moduli, thin_seam
   use qsmpm_material_description, only: may_yield
   implicit none
@@ -70,6 +71,8 @@ contains
     else
       analysis%mesh%element = 'QUAD4'
     end if
+    if (analysis%mesh%kind == mesh_grid .and. analysis%method%basis == basis_auto .and. .not. &
+      analysis%moving_mesh%active) call follow_interfaces(analysis, analysis%mesh%moved_lines)
   end subroutine decide_mesh
 
   !> Returns whether a body-fitted mesh is the better background: soil that can fail, layers, or outlines that are not
@@ -97,10 +100,18 @@ contains
   pure subroutine decide_method(analysis)
     !> The analysis after the deck has been read completely.
     type(analysis_type), intent(inout) :: analysis
-    integer :: b
 
     if (analysis%method%basis == basis_fem) call prepare_grid(analysis)
     if (analysis%method%basis /= basis_auto) return
+    call decide_basis(analysis)
+    if (allocated(analysis%mesh%moved_lines)) analysis%method_reason = analysis%method_reason//analysis%mesh%moved_lines
+  end subroutine decide_method
+
+  !> Selects basis, integration and stabilisation.
+  pure subroutine decide_basis(analysis)
+    type(analysis_type), intent(inout) :: analysis
+    integer :: b
+
     b = stiff_body(analysis)
     if (analysis%mesh%kind == mesh_grid .and. is_spline_grid(analysis)) then
       if (b > 0 .and. .not. analysis%moving_mesh%active) then
@@ -137,7 +148,7 @@ contains
       if (analysis%mesh%kind == mesh_fitted) analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (triangles '// &
         'that conform to the outlines, with bodies that are activated in their drawn shape or again, or rigid bodies)'
     end if
-  end subroutine decide_method
+  end subroutine decide_basis
 
   !> Prepares the spline grid that replaces triangles that are too distorted, unless nodes not on the grid have
   !> prescribed displacements, or a weak seam is too thin for the grid and would be supported by the adjacent material

@@ -52,7 +52,48 @@ contains
       '*BODY, NAME=wall, MATERIAL=brick, SHAPE=BOX| 0, 1, 0.5, 1|', basis_spline2g, integrate_cells, stabilise_ghost, &
       1.0e-3_wp, 9)
     call check_meshes(tests)
+    call check_lines(tests)
   end subroutine collect_recommended_method
+
+  !> Lines of a grid that follow interfaces: layers at 0.35 and 0.7 in cells of 0.25, beside a wall.
+  subroutine check_lines(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: even(5) = [0.0_wp, 0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp]
+
+    call lines('layers', '', '', 0.7_wp, [0.0_wp, 0.35_wp, 0.5_wp, 0.7_wp, 1.0_wp], &
+      '; grid lines moved onto interfaces of bodies: y = 0.35, y = 0.7')
+    call lines('a thin layer', '', '', 0.4_wp, [0.0_wp, 0.35_wp, 0.4_wp, 0.75_wp, 1.0_wp], &
+      '; grid lines moved onto interfaces of bodies: y = 0.35, y = 0.4')
+    call lines('a line with nodes of a set', '', '*NSET, NSET=row, PLANE=Y| 0.25|', 0.7_wp, &
+      [0.0_wp, 0.25_wp, 0.35_wp, 0.7_wp, 1.0_wp], '; grid lines moved onto interfaces of bodies: y = 0.35, y = 0.7')
+    call lines('an element that is named', ', ELEMENT=QUAD4', '', 0.7_wp, even, '')
+    call lines('a method that is named', '', '*METHOD, BASIS=GIMP|', 0.7_wp, even, '')
+  contains
+    !> Read a deck and look at the lines of its grid along y.
+    subroutine lines(name, element, cards, top, expected, note)
+      character(len=*), intent(in) :: name, element, cards, note
+      !> Top of the second layer, and lines.
+      real(wp), intent(in) :: top, expected(:)
+      class(analysis_type), allocatable :: analysis
+      type(message_list_type) :: messages
+      type(error_type), allocatable :: error
+      character(len=8) :: at
+
+      allocate (analysis)
+      write (at, '(f8.3)') top
+      call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID'//element//'| X, 0, 1, 4| Y, 0, 1, 4|'// &
+        '*NSET, NSET=base, PLANE=Y| 0|'//cards//'*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|'//strength//'*MATERIAL, NAME=sand|'// &
+        '*ELASTIC| 3000, 0.3|*BODY, NAME=low, MATERIAL=soil, SHAPE=BOX| 0, 1, 0, 0.35|*BODY, NAME=middle, MATERIAL=sand, '// &
+        'SHAPE=BOX| 0, 1, 0.35, '//at//'|*BODY, NAME=upper, MATERIAL=soil, SHAPE=BOX| 0, 1, '//at//', 0.9|'// &
+        '*RIGID BODY, NAME=plate, SHAPE=BOX| 0, 1, 0.9, 1|*PHASE, NAME=load|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE|'), &
+        analysis, messages, error)
+      call tests%check(name//' can be read', .not. allocated(error))
+      if (allocated(error)) return
+      call tests%check(name//': lines', all(abs(analysis%mesh%axes(2)%lines - expected) <= 1.0e-12_wp) .and. &
+        all(abs(analysis%mesh%axes(1)%lines - even) <= 0.0_wp))
+      if (len(note) > 0) call tests%check(name//': '//analysis%method_reason, index(analysis%method_reason, note) > 0)
+    end subroutine lines
+  end subroutine check_lines
 
   !> The background of a *GRID that names no element.
   subroutine check_meshes(tests)
