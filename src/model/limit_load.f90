@@ -42,10 +42,8 @@ module qsmpm_limit_load
     real(wp) :: knee = 0.0_wp
     !> Load fraction at which the compliance first reached 10 or 20 times that of the first step, 0 for none.
     real(wp) :: passed = 0.0_wp
-    !> df . df of the last accepted step over the square of its load fraction; whether that of the next step refers to
-    !> other nodes.
+    !> df . df of the last accepted step over the square of its load fraction; negative where the mesh has changed since.
     real(wp) :: square = 0.0_wp
-    logical :: remeshed = .false.
   end type limit_load_type
 
   !> Ratio of the compliance of a step to that of the first one beyond which soil has failed, and at its limit load.
@@ -73,13 +71,13 @@ contains
     type(limit_load_type), intent(inout) :: limit
     real(wp) :: ratio
 
-    if (.not. (limit%remeshed .and. step%square > 0.0_wp .and. limit%square > 0.0_wp)) return
-    ratio = limit%square*length**2/step%square
+    if (.not. (step%square > 0.0_wp .and. limit%square < 0.0_wp)) return
+    ratio = -limit%square*length**2/step%square
     limit%first = ratio*limit%first
     limit%last = ratio*limit%last
     limit%most = ratio*limit%most
     limit%refused_compliance = ratio*limit%refused_compliance
-    limit%remeshed = .false.
+    limit%square = -limit%square
   end subroutine convert_compliances
 
   !> Returns the compliance of a step, 0 if no load increases.
@@ -106,7 +104,6 @@ contains
     limit%middle = 0.5_wp*(start + last)
     if (.not. limit%first > 0.0_wp) limit%first = limit%last
     limit%square = step%square/(last - start)**2
-    limit%remeshed = .false.
     if (limit%last > fallen*limit%first .and. .not. limit%passed > 0.0_wp) limit%passed = load_of(fallen*limit%first, &
       before, limit%last, limit%middle)
     if (limit%last > at_limit*limit%first .and. .not. before%most > at_limit*limit%first) limit%passed = &

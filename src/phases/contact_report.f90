@@ -36,6 +36,8 @@ module qsmpm_contact_report
   !> reported: a footing on clay rises by 5 % more, with cells dragged along by the displaced nodes over a third of
   !> their width by 25 %.
   real(wp), parameter :: knee_slope = 0.1_wp, much_of_knee = 0.1_wp
+  !> Distance in cells over which the force on a body is followed after failure: over more it increases with its depth.
+  real(wp), parameter :: shallow = 0.25_wp
   !> Gap and depth in cell sizes: soil closer than the gap is in contact, soil deeper than the depth is inside.
   real(wp), parameter :: touching = 1.0e-3_wp, inside = 0.1_wp
 
@@ -59,9 +61,9 @@ module qsmpm_contact_report
     !> Number of waves, last maximum and lowest force after it, and both values of the largest wave.
     integer :: waves = 0
     real(wp) :: crest = 0.0_wp, trough = 0.0_wp, of_largest(2) = 0.0_wp
-    !> Completed share of the phase and the force there, the steepest slope, and the force at which the slope had
-    !> decreased, 0 if not yet.
-    real(wp) :: done = 0.0_wp, reached = 0.0_wp, steepest = 0.0_wp, knee = 0.0_wp
+    !> Completed share of the phase and the force there, the steepest slope, the force and the share at which the slope
+    !> had decreased, 0 if not yet, and the largest force that counts since then.
+    real(wp) :: done = 0.0_wp, reached = 0.0_wp, steepest = 0.0_wp, knee = 0.0_wp, failed = 0.0_wp, since = 0.0_wp
   end type course_type
 
   !> Force histories of the bodies in a phase.
@@ -86,6 +88,8 @@ contains
     check%nodes%reached = force_of_push(model)
     do b = 1, size(check%of)
       check%of(b)%touched = any(abs(force_on_body(model, b)) > 0.0_wp)
+      check%of(b)%done = model%state%progress%fraction
+      check%of(b)%reached = resistance(model, b)
       if (is_moved(model, b)) check%of(b)%gap = gap_of(model, b)
     end do
   end subroutine begin_contact_check
@@ -104,20 +108,33 @@ contains
     type(model_type), intent(in) :: model
     type(contact_check_type), intent(inout) :: check
     type(rigid_pose_type) :: motion
-    real(wp) :: force(6)
+    real(wp) :: force
     integer :: b
 
     do b = 1, size(check%of)
-      force = force_on_body(model, b)
+      check%of(b)%touched = check%of(b)%touched .or. any(abs(force_on_body(model, b)) > 0.0_wp)
+      force = resistance(model, b)
       motion = motion_in_phase(model, b)
-      check%of(b)%touched = check%of(b)%touched .or. any(abs(force) > 0.0_wp)
-      call follow_force(check%of(b), model%state%progress%step, &
-        -dot_product(force(:3), motion%displacement)/max(norm2(motion%displacement), tiny(1.0_wp)))
+      call follow_force(check%of(b), model%state%progress%step, force)
+      call follow_knee(check%of(b), model%state%progress%fraction, force, shallow*model%cell_size/ &
+        max(norm2(motion%displacement), tiny(1.0_wp)))
     end do
-    force(1) = force_of_push(model)
-    call follow_knee(check%nodes, model%state%progress%fraction, force(1))
-    call follow_force(check%nodes, model%state%progress%step, force(1))
+    force = force_of_push(model)
+    call follow_knee(check%nodes, model%state%progress%fraction, force, 1.0_wp)
+    call follow_force(check%nodes, model%state%progress%step, force)
   end subroutine check_contact
+
+  !> Returns the force on a body against its motion in the phase.
+  real(wp) function resistance(model, b) result(force)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: b
+    type(rigid_pose_type) :: motion
+    real(wp) :: on_body(6)
+
+    motion = motion_in_phase(model, b)
+    on_body = force_on_body(model, b)
+    force = -dot_product(on_body(:3), motion%displacement)/max(norm2(motion%displacement), tiny(1.0_wp))
+  end function resistance
 
   !> Returns the mean reaction in the direction of the prescribed displacements, weighted by them.
   real(wp) function force_of_push(model) result(force)
@@ -155,10 +172,10 @@ contains
   end subroutine follow_force
 
   !> Stores the force at which its slope first decreases to a given share of the steepest one.
-  pure subroutine follow_knee(course, fraction, force)
+  pure subroutine follow_knee(course, fraction, force, range)
     type(course_type), intent(inout) :: course
-    !> Completed fraction of the phase.
-    real(wp), intent(in) :: fraction
+    !> Completed fraction of the phase; range of it over which the force counts after that.
+    real(wp), intent(in) :: fraction, range
     real(wp), intent(in) :: force
     real(wp) :: slope
 
@@ -167,7 +184,11 @@ contains
     course%done = fraction
     course%reached = force
     course%steepest = max(course%steepest, slope)
-    if (.not. course%knee > 0.0_wp .and. slope < knee_slope*course%steepest) course%knee = force
+    if (.not. course%knee > 0.0_wp .and. slope < knee_slope*course%steepest) then
+      course%knee = force
+      course%failed = fraction
+    end if
+    if (course%knee > 0.0_wp .and. fraction <= course%failed + range) course%since = force
   end subroutine follow_knee
 
   !> Counts a wave where the force rises again; soil that pushes in the direction of motion counts as no resistance.
@@ -213,6 +234,10 @@ contains
       associate (body => start_of(model)//" moves rigid body '"//model%analysis%rigid_bodies(b)%name//"'")
         if (phase_is_complete(model%state%progress) .and. .not. check%of(b)%touched .and. is_moved(model, b)) &
           call warn_of_idle(model, b, check%of(b)%gap, body, observer)
+        if (check%of(b)%since > (1.0_wp + much_of_knee)*check%of(b)%knee) call observer%note(body//': the force '// &
+          'against its motion has risen by '//rounded_text(100.0_wp*(check%of(b)%since/check%of(b)%knee - 1.0_wp), &
+          2)//' % within a quarter of a cell since the ground failed: cells beside the body restrain the soil, and '// &
+          'the load at failure is the lower one; smaller cells show how much of the rise is real')
         call warn_of_falls(body//': the force against its motion', model%state%progress%phase_steps, check%of(b), &
           'the ground fails, or contact is lost; check with smaller steps or cells', observer)
       end associate
@@ -237,13 +262,13 @@ contains
     call observer%note('the load at failure depends on the grid: `qsmpm-verify study DECK '// &
       '--history NAME` gives it with its discretisation error')
     if (model%analysis%method%basis /= basis_fem) return
-    if (.not. course%reached > (1.0_wp + much_of_knee)*course%knee) return
+    if (.not. course%since > (1.0_wp + much_of_knee)*course%knee) return
     traits = [(traits_of(model%analysis%materials(m)), m=1, size(traits))]
     depth = ''
     if (any(may_yield(model%analysis%materials) .and. .not. traits%failure_keeps_volume)) &
       depth = ' (soil with friction also carries more the deeper they are)'
     call observer%note(start_of(model)//': the mean reaction along its prescribed displacement has risen by '// &
-      rounded_text(100.0_wp*(course%reached/course%knee - 1.0_wp), 2)//' % since the ground failed: cells '// &
+      rounded_text(100.0_wp*(course%since/course%knee - 1.0_wp), 2)//' % since the ground failed: cells '// &
       'beside the prescribed nodes are dragged along and restrain the soil'//depth//'; smaller cells, or a '// &
       '*RIGID BODY in place of the nodes, show how much of the rise is real')
   end subroutine warn_of_rise

@@ -174,7 +174,7 @@ contains
 
     call leave_mesh(model, note, error)
     if (allocated(error)) return
-    model%state%progress%limit%remeshed = .true.
+    model%state%progress%limit%square = -abs(model%state%progress%limit%square)
     call begin_analysis(model, loop%step%terms)
     call observer%note(note//': '//reason)
   end subroutine change_background

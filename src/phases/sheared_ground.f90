@@ -80,8 +80,8 @@ contains
         'the ground up to '//rounded_text(times, 2)//' times as far as in the first step: the ground has '// &
         'failed, and is in equilibrium in a deformed shape'//way_text(model)//'. Its limit load is less than '// &
         'the load of the phase, about load factor '//rounded_text(phase%load_factor*progress%limit%passed, 3)// &
-        ' by the compliance of the steps: `qsmpm-verify bounds DECK --phase NAME` gives bounds, *CONTROLS, LIMIT '// &
-        'COMPLIANCE ends the phase there'//new_line('a')
+        ' on this grid by the compliance of the steps: `qsmpm-verify bounds DECK --phase NAME` gives bounds, '// &
+        '*CONTROLS, LIMIT COMPLIANCE ends the phase there'//new_line('a')
     end associate
   end function fallen_note
 

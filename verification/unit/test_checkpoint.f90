@@ -591,7 +591,7 @@ contains
     character(len=*), parameter :: others = 'kept coordinates reactions released plate phase step phase_steps '// &
       'constant_load_tests_done failed_solvers undamped_newton release_left fraction load_factor next_step damping '// &
       'external_work internal_work limit%first limit%last limit%middle limit%refused limit%refused_compliance '// &
-      'limit%refused_middle limit%knee limit%most stopped ends own_settlement force_at_start '
+      'limit%refused_middle limit%knee limit%most limit%passed limit%square stopped ends own_settlement force_at_start '
     character(len=:), allocatable :: missing, names
     class(state_type), allocatable :: state
 

@@ -106,7 +106,7 @@ contains
     call note_accepted(compliance_type(8.0_wp, 1.0_wp), 0.0_wp, 0.1_wp, 0.2_wp, limit)
     call convert_compliances(compliance_type(12.0_wp, 0.5_wp), 0.05_wp, limit)
     call tests%close('on the same nodes compliances stay', limit%first, 4.0_wp, 0.0_wp)
-    limit%remeshed = .true.
+    limit%square = -limit%square
     call convert_compliances(compliance_type(12.0_wp, 0.5_wp), 0.05_wp, limit)
     ! Half a step has a quarter of the square, 0.25, and here twice that.
     call tests%check('on others all are converted', all(abs([limit%first, limit%last, limit%most] - [2.0_wp, 4.0_wp, &

@@ -60,8 +60,8 @@ contains
       call fields%line(mesh%where)
       call fields%word('ELEMENT', mesh%element, bar_list(element_words), 'element; bricks are divided into '// &
         'triangles, wedges or tetrahedra; when not given, HEX8 in 3D and in the plane TRI6 with FIT=YES, or QUAD4 '// &
-        'where a grid is better: rigid bodies, bodies activated in their drawn shape, smooth elastic problems (the '// &
-        'log reports which)')
+        'where a grid is better: rigid bodies, bodies activated in their drawn shape, smooth elastic problems; its '// &
+        'lines move onto interfaces of bodies normal to an axis (the log reports which)')
       call fields%choice('DIAGONAL', mesh%diagonal, bar_list(diagonal_words), 'direction of the diagonals of '// &
         'triangles', &
         needs='ELEMENT=TRI3|TRI6|WEDGE6|WEDGE15')
