@@ -234,10 +234,12 @@ contains
       associate (body => start_of(model)//" moves rigid body '"//model%analysis%rigid_bodies(b)%name//"'")
         if (phase_is_complete(model%state%progress) .and. .not. check%of(b)%touched .and. is_moved(model, b)) &
           call warn_of_idle(model, b, check%of(b)%gap, body, observer)
-        if (check%of(b)%since > (1.0_wp + much_of_knee)*check%of(b)%knee) call observer%note(body//': the force '// &
-          'against its motion has risen by '//rounded_text(100.0_wp*(check%of(b)%since/check%of(b)%knee - 1.0_wp), &
-          2)//' % within a quarter of a cell since the ground failed: cells beside the body restrain the soil, and '// &
-          'the load at failure is the lower one; smaller cells show how much of the rise is real')
+        associate (rise => rise_of(check%of(b)))
+          if (rise > much_of_knee) call observer%note(body//': the force against its motion has risen by '// &
+            rounded_text(100.0_wp*rise, 2)//' % within a quarter of a cell since the ground failed: cells beside the '// &
+            'body restrain the soil, and the load at failure is the lower one; smaller cells show how much of the '// &
+            'rise is real')
+        end associate
         call warn_of_falls(body//': the force against its motion', model%state%progress%phase_steps, check%of(b), &
           'the ground fails, or contact is lost; check with smaller steps or cells', observer)
       end associate
@@ -260,18 +262,27 @@ contains
 
     if (.not. course%knee > 0.0_wp .or. .not. any(may_yield(model%analysis%materials))) return
     call observer%note('the load at failure depends on the grid: `qsmpm-verify study DECK '// &
-      '--history NAME` gives it with its discretisation error')
+      '--history NAME` gives it with its discretisation error; since failure it has changed by '// &
+      rounded_text(100.0_wp*rise_of(course), 2)//' %')
     if (model%analysis%method%basis /= basis_fem) return
-    if (.not. course%since > (1.0_wp + much_of_knee)*course%knee) return
+    if (.not. rise_of(course) > much_of_knee) return
     traits = [(traits_of(model%analysis%materials(m)), m=1, size(traits))]
     depth = ''
     if (any(may_yield(model%analysis%materials) .and. .not. traits%failure_keeps_volume)) &
       depth = ' (soil with friction also carries more the deeper they are)'
     call observer%note(start_of(model)//': the mean reaction along its prescribed displacement has risen by '// &
-      rounded_text(100.0_wp*(course%since/course%knee - 1.0_wp), 2)//' % since the ground failed: cells '// &
+      rounded_text(100.0_wp*rise_of(course), 2)//' % since the ground failed: cells '// &
       'beside the prescribed nodes are dragged along and restrain the soil'//depth//'; smaller cells, or a '// &
       '*RIGID BODY in place of the nodes, show how much of the rise is real')
   end subroutine warn_of_rise
+
+  !> Returns the relative increase of a force since the ground failed, 0 if it has not.
+  pure real(wp) function rise_of(course)
+    type(course_type), intent(in) :: course
+
+    rise_of = 0.0_wp
+    if (course%knee > 0.0_wp) rise_of = course%since/course%knee - 1.0_wp
+  end function rise_of
 
   !> Warns of a force that has decreased in a phase, and resets its history.
   subroutine warn_of_falls(start, steps, course, meaning, observer)

@@ -32,6 +32,9 @@ contains
     do i = 1, size(found)
       if (found(i)%normal == 0 .or. found(i)%axis > 0) cycle
       associate (axis => found(i)%normal, x => found(i)%place)
+        ! Another pair of bodies may have moved a line onto it.
+        if (any(abs(analysis%mesh%axes(axis)%lines - x) < same*abs(analysis%mesh%axes(axis)%lines(2) - &
+          analysis%mesh%axes(axis)%lines(1)))) cycle
         line = free_line(analysis, found, axis, x)
         if (line == 0) cycle
         analysis%mesh%axes(axis)%lines(line) = x

@@ -84,7 +84,8 @@ contains
       call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID'//element//'| X, 0, 1, 4| Y, 0, 1, 4|'// &
         '*NSET, NSET=base, PLANE=Y| 0|'//cards//'*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|'//strength//'*MATERIAL, NAME=sand|'// &
         '*ELASTIC| 3000, 0.3|*BODY, NAME=low, MATERIAL=soil, SHAPE=BOX| 0, 1, 0, 0.35|*BODY, NAME=middle, MATERIAL=sand, '// &
-        'SHAPE=BOX| 0, 1, 0.35, '//at//'|*BODY, NAME=upper, MATERIAL=soil, SHAPE=BOX| 0, 1, '//at//', 0.9|'// &
+        'SHAPE=BOX| 0, 1, 0.35, '//at//'|*BODY, NAME=upper, MATERIAL=soil, SHAPE=BOX| 0, 0.5, '//at//', 0.9|'// &
+        '*BODY, NAME=beside, MATERIAL=soil, SHAPE=BOX| 0.5, 1, '//at//', 0.9|'// &
         '*RIGID BODY, NAME=plate, SHAPE=BOX| 0, 1, 0.9, 1|*PHASE, NAME=load|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE|'), &
         analysis, messages, error)
       call tests%check(name//' can be read', .not. allocated(error))
