@@ -40,7 +40,7 @@ from random_grounds import WATER, Soil, lines  # noqa: E402
 
 SECONDS = 300.0
 # Warnings that are not about the load.
-OTHER = ("has dilated", "has reached the side", "locks", "soil has sheared", "share cells", "differ by")
+OTHER = ("concrete", "K0 stresses", "has dilated", "has reached the side", "locks", "soil has sheared", "share cells", "differ by")
 
 
 @dataclass
@@ -126,7 +126,7 @@ Y, {-depth:.8g}, 0, {round(depth / cell)}
 {-width:.8g}
 *NSET, NSET=right, PLANE=X
 {width:.8g}
-    """.replace("\n\n", "\n")
+""".replace("\n\n", "\n")
         for i, soil in enumerate(self.soils):
             text += f"*MATERIAL, NAME=soil{i}\n*ELASTIC\n{soil.stiffness:.5g}, 0.3\n*MOHR COULOMB\n{soil.cohesion:.6g}, {soil.friction:.6g}, {soil.friction:.6g}\n"
             text += f"*UNIT WEIGHT\n{soil.weight:.5g}, {soil.weight + 1.0:.5g}\n"
@@ -312,7 +312,7 @@ class Result:
         share = self.scene.share
         if abs(self.error) <= share or any(line.startswith("exit") for line in self.said):
             return True
-        if any(line.startswith("warning: phase") and not any(words in line for words in OTHER) for line in self.said):
+        if any(("slip surface" in line or line.startswith("warning:")) and not any(words in line for words in OTHER) for line in self.said):
             return True
         return self.deformed is not None and (1.0 - share) * self.deformed[0] <= self.deformed[2] <= (1.0 + share) * self.deformed[1]
 
@@ -354,7 +354,7 @@ def solve(kind: str, number: int, seed: int, program: pathlib.Path, folder: path
     out = folder / deck.stem
     ended = run_limited([program, "run", deck, "--out", out], SECONDS, folder)
     log = (out / "job.log").read_text().splitlines() if (out / "job.log").is_file() else [ended.errors]
-    said = [line for line in log if line.startswith("warning:") or "limit load" in line or "force against its motion" in line]
+    said = [line for line in log if line.startswith("warning:") or "limit load" in line or "force against its motion" in line or "slip surface" in line]
     load, last = loads_of(out, scene.active)
     # A phase that ends at its limit load ends with exit code 0 or 3 and says so.
     if ended.code != 0 and "limit load" not in " ".join(said):

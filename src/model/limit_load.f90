@@ -42,7 +42,8 @@ module qsmpm_limit_load
     real(wp) :: knee = 0.0_wp
     !> Load fraction at which the compliance first reached 10 or 20 times that of the first step, 0 for none.
     real(wp) :: passed = 0.0_wp
-    !> df . df of the last accepted step over the square of its load fraction; negative where the mesh has changed since.
+    !> df . df of the last accepted step over the square of its load fraction; negative where the mesh has changed
+    !> since.
     real(wp) :: square = 0.0_wp
   end type limit_load_type
 

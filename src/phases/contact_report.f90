@@ -7,7 +7,7 @@ module qsmpm_contact_report
   use qsmpm_contact_results, only: deepest_in
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_description, only: may_yield, traits_of
-  use qsmpm_method_description, only: basis_fem
+  use qsmpm_method_description, only: basis_fem, basis_standard
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_own_part, only: own_of
@@ -16,6 +16,7 @@ module qsmpm_contact_report
   use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
   use qsmpm_rigid_shape, only: distance_type
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_sheared_ground, only: most_blur
   use qsmpm_step_length, only: phase_is_complete
   use qsmpm_team, only: largest, smallest, total
   use qsmpm_text, only: integer_text
@@ -38,6 +39,8 @@ module qsmpm_contact_report
   real(wp), parameter :: knee_slope = 0.1_wp, much_of_knee = 0.1_wp
   !> Distance in cells over which the force on a body is followed after failure: over more it increases with its depth.
   real(wp), parameter :: shallow = 0.25_wp
+  !> Possible error of a load at failure from which it is reported, and from which it is a warning.
+  real(wp), parameter :: much_of_blur = 0.05_wp, far_too_much = 0.1_wp
   !> Gap and depth in cell sizes: soil closer than the gap is in contact, soil deeper than the depth is inside.
   real(wp), parameter :: touching = 1.0e-3_wp, inside = 0.1_wp
 
@@ -79,6 +82,7 @@ contains
   subroutine begin_contact_check(model, check)
     type(model_type), intent(in) :: model
     type(contact_check_type), intent(out) :: check
+    real(wp) :: width
     integer :: b
 
     allocate (check%of(size(model%rigid_shapes)))
@@ -90,7 +94,7 @@ contains
       check%of(b)%touched = any(abs(force_on_body(model, b)) > 0.0_wp)
       check%of(b)%done = model%state%progress%fraction
       check%of(b)%reached = resistance(model, b)
-      if (is_moved(model, b)) check%of(b)%gap = gap_of(model, b)
+      if (is_moved(model, b)) call look_at_face(model, b, check%of(b)%gap, width)
     end do
   end subroutine begin_contact_check
 
@@ -234,11 +238,12 @@ contains
       associate (body => start_of(model)//" moves rigid body '"//model%analysis%rigid_bodies(b)%name//"'")
         if (phase_is_complete(model%state%progress) .and. .not. check%of(b)%touched .and. is_moved(model, b)) &
           call warn_of_idle(model, b, check%of(b)%gap, body, observer)
+        call warn_of_blur(model, b, check%of(b), body, observer)
         associate (rise => rise_of(check%of(b)))
           if (rise > much_of_knee) call observer%note(body//': the force against its motion has risen by '// &
-            rounded_text(100.0_wp*rise, 2)//' % within a quarter of a cell since the ground failed: cells beside the '// &
-            'body restrain the soil, and the load at failure is the lower one; smaller cells show how much of the '// &
-            'rise is real')
+            rounded_text(100.0_wp*rise, 2)//' % within a quarter of a cell since the ground failed: cells beside '// &
+            'the body restrain the soil, and the load at failure is the lower one; smaller cells show how much of '// &
+            'the rise is real')
         end associate
         call warn_of_falls(body//': the force against its motion', model%state%progress%phase_steps, check%of(b), &
           'the ground fails, or contact is lost; check with smaller steps or cells', observer)
@@ -275,6 +280,30 @@ contains
       'beside the prescribed nodes are dragged along and restrain the soil'//depth//'; smaller cells, or a '// &
       '*RIGID BODY in place of the nodes, show how much of the rise is real')
   end subroutine warn_of_rise
+
+  !> Reports by how much the load at failure on a body a few cells wide may be too high, where functions extend over
+  !> several cells.
+  subroutine warn_of_blur(model, b, course, body, observer)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: b
+    type(course_type), intent(in) :: course
+    !> First part of the message.
+    character(len=*), intent(in) :: body
+    class(observer_type), intent(inout) :: observer
+    real(wp) :: gap, width, off
+
+    if (.not. course%knee > 0.0_wp .or. .not. any(may_yield(model%analysis%materials)) .or. &
+      any(model%analysis%method%basis == [basis_fem, basis_standard])) return
+    call look_at_face(model, b, gap, width)
+    width = anint(width/model%cell_size)
+    if (.not. width > 0.0_wp) return
+    off = most_blur/width
+    if (off < much_of_blur) return
+    call observer%note(body(merge(1, len('warning: ') + 1, off >= far_too_much):)//': soil in contact is '// &
+      rounded_text(width)//' cells wide, and functions that extend over three cells smooth the slip '// &
+      'surface: the load at failure is up to about '// &
+      rounded_text(100.0_wp*off, 2)//' % too high; use smaller cells')
+  end subroutine warn_of_blur
 
   !> Returns the relative increase of a force since the ground failed, 0 if it has not.
   pure real(wp) function rise_of(course)
@@ -322,11 +351,11 @@ contains
     character(len=*), intent(in) :: start
     class(observer_type), intent(inout) :: observer
     type(placed_shape_type) :: placed(size(model%rigid_shapes))
-    real(wp) :: left, depth
+    real(wp) :: left, depth, width
     integer :: point
 
     placed = placed_bodies(model)
-    left = gap_of(model, body)
+    call look_at_face(model, body, left, width)
     call deepest_in(model, placed(body), point, depth)
     depth = largest(model%part%team, depth)
     if (depth > inside*model%cell_size) then
@@ -354,12 +383,12 @@ contains
   function apart_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
-    real(wp) :: gap
+    real(wp) :: gap, width
     integer :: b
 
     text = ''
     do b = 1, size(model%rigid_shapes)
-      gap = gap_of(model, b)
+      call look_at_face(model, b, gap, width)
       if (gap <= touching*model%cell_size .or. gap > model%cell_size) cycle
       text = "; no soil is in contact with rigid body '"//model%analysis%rigid_bodies(b)%name//"', the nearest is "// &
         rounded_text(gap)//' away: define the soil in contact with the body'
@@ -367,32 +396,44 @@ contains
     end do
   end function apart_text
 
-  !> Returns the distance from a body to the nearest soil that may touch it: points of the surfaces of its *CONTACT, or
+  !> Measures the distance from a body to the nearest soil that may touch it: points of the surfaces of its *CONTACT, or
   !> material points where contact is imposed at points of the body.
-  function gap_of(model, body) result(gap)
+  subroutine look_at_face(model, body, gap, width)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
-    real(wp) :: gap
+    !> Smallest distance, and in plane models the extent across the motion of the soil in contact.
+    real(wp), intent(out) :: gap, width
     type(placed_shape_type) :: placed(size(model%rigid_shapes))
+    type(rigid_pose_type) :: motion
     type(distance_type) :: distance
     logical :: own(model%state%surface%count)
+    real(wp) :: place(3), across(3), along, ends(2)
     integer :: i, k
 
     placed = placed_bodies(model)
     own = own_of(model%part%surface, size(own))
     gap = huge(1.0_wp)
+    ends = -0.25_wp*huge(1.0_wp)
+    motion = motion_in_phase(model, body)
+    across = 0.0_wp
+    if (model%mesh%dimension == 2) across(:2) = [-motion%displacement(2), motion%displacement(1)]/ &
+      max(norm2(motion%displacement), tiny(1.0_wp))
     do k = 1, size(model%contact_pairs)
       if (model%contact_pairs(k)%body /= body) cycle
       do i = 1, merge(size(own), model%state%points%count, model%contact_pairs(k)%surface > 0)
         if (model%contact_pairs(k)%surface == 0) then
-          distance = placed(body)%distance_at(place_of(model%state%points, i))
+          place = place_of(model%state%points, i)
         else
           if (.not. own(i) .or. model%state%surface%surface(i) /= model%contact_pairs(k)%surface) cycle
-          distance = placed(body)%distance_at(place_of(model%state%surface, i))
+          place = place_of(model%state%surface, i)
         end if
+        distance = placed(body)%distance_at(place)
         gap = min(gap, distance%value)
+        along = dot_product(across, place)
+        if (distance%value < inside*model%cell_size) ends = max(ends, [along, -along])
       end do
     end do
     gap = smallest(model%part%team, gap)
-  end function gap_of
+    width = max(0.0_wp, largest(model%part%team, ends(1)) + largest(model%part%team, ends(2)))
+  end subroutine look_at_face
 end module qsmpm_contact_report

@@ -38,6 +38,9 @@ module qsmpm_sheared_ground
   real(wp), parameter :: swollen = 1.5_wp
   !> Plastic shear strain of failing soil, and ratio of tan(phi) after Davis below which it is reported.
   real(wp), parameter :: fails = 1.0e-2_wp, less = 0.95_wp
+  !> Largest relative error times the number of cells of a load at failure or a factor, by functions that extend over
+  !> three cells and smooth a slip surface.
+  real(wp), parameter, public :: most_blur = 0.9_wp
   real(wp), parameter :: radian = pi/180.0_wp
 
 contains
@@ -157,7 +160,7 @@ contains
     character(len=:), allocatable :: text
     !> Relative error of a factor times the number of cells, for a slope and a vertical cut; thresholds of a note and
     !> of a warning.
-    real(wp), parameter :: excess(2) = [0.3_wp, 0.9_wp], told = 0.05_wp, much_too_high = 0.1_wp
+    real(wp), parameter :: excess(2) = [0.3_wp, most_blur], told = 0.05_wp, much_too_high = 0.1_wp
     real(wp) :: way(model%state%points%count), height(model%state%points%count), cells, sums(2), most
     logical :: far(model%state%points%count)
     integer :: p

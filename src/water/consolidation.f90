@@ -183,8 +183,8 @@ contains
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
             "' is of TYPE=SAFETY, in which no time passes")
         else if (phase%consolidation%given .and. needs_effective_pressure(model%analysis, phase)) then
-          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'friction of *CONTACT acts on '// &
-            'the total pressure of the contact, which is the effective one only where faces of the soil drain: not '// &
+          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'friction of *CONTACT acts '// &
+            'on the total pressure of the contact, which is the effective one only where faces drain: not '// &
             'with *WATER LEVEL, nor with nodes that are closed; use contact without friction, or with ADHESION')
         else if (consolidation_of(model%analysis%phases, p) > 0) then
           call check_soil(model%analysis, p, checked, diagnostics)

@@ -15,7 +15,7 @@ module test_penetration
   use qsmpm_kinds, only: wp
   use qsmpm_linear_system, only: end_system
   use qsmpm_model, only: model_type
-  use qsmpm_method_description, only: basis_fem
+  use qsmpm_method_description, only: basis_fem, basis_spline2g
   use qsmpm_model_builder, only: build_model
   use qsmpm_penetration, only: penetration_check_type, refuse_penetration, warn_of_penetration
   use qsmpm_phase_description, only: phase_safety, phase_loading, phase_type
@@ -258,6 +258,7 @@ contains
     character(len=*), parameter :: rises = "moves rigid body 'plate': the force against its motion has risen by "
     type(contact_check_type) :: check
     real(wp) :: way
+    integer :: basis
 
     way = norm2(model%analysis%phases(1)%moves(1)%vector)
     call push_down([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 66.0_wp, 73.0_wp], 0.25_wp)
@@ -267,6 +268,18 @@ contains
     call tests%close('in a longer way the body is deeper', ended(model, check, rises), 0.0_wp, 0.0_wp)
     call push_down([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 64.0_wp, 66.0_wp], 0.25_wp)
     call tests%close('a rise of 8 % is none', ended(model, check, rises), 0.0_wp, 0.0_wp)
+    model%state%progress%fraction = 0.0_wp
+    basis = model%analysis%method%basis
+    model%analysis%materials%mohr_coulomb = .true.
+    model%analysis%method%basis = basis_spline2g
+    call push_down([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp], 0.25_wp)
+    call tests%close('splines smooth the slip surface below it', ended(model, check, "moves rigid body 'plate': soil in "// &
+      'contact is '), 1.0_wp, 0.0_wp)
+    model%analysis%method%basis = basis_fem
+    call push_down([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp], 0.25_wp)
+    call tests%close('triangles do not', ended(model, check, 'soil in contact is'), 0.0_wp, 0.0_wp)
+    model%analysis%method%basis = basis
+    model%analysis%materials%mohr_coulomb = .false.
     model%state%progress%fraction = 0.0_wp
 
   contains
