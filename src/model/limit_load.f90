@@ -9,7 +9,8 @@
 !> two steps, is LIMIT COMPLIANCE times the reference. Its uncertainty is estimated from the plateau, which begins at
 !> the load at which C is half of the allowed value, found in the same way, and ends as far above the knee as the
 !> extrapolated load of infinite compliance. Without LIMIT COMPLIANCE, C is only measured, and the load at which it
-!> first reaches 20 times the reference, or 10 times where it does not, is recorded as an estimate.
+!> first reaches 20 times the reference, or 10 times where it does not, or at which a body-fitted mesh is too distorted, is
+!> recorded as an estimate.
 !> docs/methods/limit_loads.md
 module qsmpm_limit_load
   use qsmpm_kinds, only: wp
@@ -18,7 +19,7 @@ module qsmpm_limit_load
   private
 
   public :: compliance_type, limit_load_type, add_compliance, compliance_of, convert_compliances
-  public :: note_accepted, note_refused, fallen, is_found, interpolate_knee
+  public :: note_accepted, note_left, note_refused, fallen, is_found, interpolate_knee
   public :: limit_loads, limit_text, limit_report, relative_compliance, jump_note
 
   !> Work and norm of the load increment of a step, from which its compliance follows.
@@ -49,6 +50,9 @@ module qsmpm_limit_load
 
   !> Ratio of the compliance of a step to that of the first one beyond which soil has failed, and at its limit load.
   real(wp), parameter :: fallen = 10.0_wp, at_limit = 20.0_wp
+  !> Ratio of the loads at these compliances on a plateau; beyond it the ground has hardened. Ratio of compliances
+  !> beyond which a body-fitted mesh that is too distorted has failed with the soil.
+  real(wp), parameter :: plateau_end = 1.15_wp, soft = 2.0_wp
   !> Fraction of the allowed compliance above which a step belongs to the plateau.
   real(wp), parameter :: flat = 0.5_wp
 
@@ -98,6 +102,7 @@ contains
     real(wp), intent(in) :: start, last
     type(limit_load_type), intent(inout) :: limit
     type(limit_load_type) :: before
+    real(wp) :: load
 
     before = limit
     limit%last = compliance_of(step)
@@ -107,8 +112,10 @@ contains
     limit%square = step%square/(last - start)**2
     if (limit%last > fallen*limit%first .and. .not. limit%passed > 0.0_wp) limit%passed = load_of(fallen*limit%first, &
       before, limit%last, limit%middle)
-    if (limit%last > at_limit*limit%first .and. .not. before%most > at_limit*limit%first) limit%passed = &
-      load_of(at_limit*limit%first, before, limit%last, limit%middle)
+    if (limit%last > at_limit*limit%first .and. .not. before%most > at_limit*limit%first) then
+      load = load_of(at_limit*limit%first, before, limit%last, limit%middle)
+      if (load <= plateau_end*limit%passed) limit%passed = load
+    end if
     ! A load that was rejected in a larger step is now supported.
     if (.not. last < limit%refused) limit%refused = 0.0_wp
     if (.not. (allowed > 0.0_wp .and. limit%last > flat*allowed*limit%first)) then
@@ -117,6 +124,16 @@ contains
       limit%plateau = load_of(flat*allowed*limit%first, before, limit%last, limit%middle)
     end if
   end subroutine note_accepted
+
+  !> Records that a body-fitted mesh is too distorted, or finds no equilibrium, beyond a load.
+  pure subroutine note_left(fraction, limit)
+    !> Completed load fraction.
+    real(wp), intent(in) :: fraction
+    type(limit_load_type), intent(inout) :: limit
+
+    if (limit%last > soft*limit%first .and. limit%first > 0.0_wp .and. .not. limit%passed > 0.0_wp) &
+      limit%passed = fraction
+  end subroutine note_left
 
   !> Records a step rejected for its compliance, or because the soil does not support its loads.
   pure subroutine note_refused(step, start, last, limit)

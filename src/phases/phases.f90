@@ -11,7 +11,7 @@ module qsmpm_phases
   use qsmpm_division, only: divide_anew, division_text, unevenness
   use qsmpm_initial_balance, only: check_initial_balance, hold_water_start
   use qsmpm_initialisation, only: step_type, begin_analysis
-  use qsmpm_limit_load, only: is_found, limit_loads, limit_report, jump_note
+  use qsmpm_limit_load, only: is_found, limit_loads, limit_report, jump_note, note_left
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
@@ -174,6 +174,7 @@ contains
 
     call leave_mesh(model, note, error)
     if (allocated(error)) return
+    call note_left(model%state%progress%fraction, model%state%progress%limit)
     model%state%progress%limit%square = -abs(model%state%progress%limit%square)
     call begin_analysis(model, loop%step%terms)
     call observer%note(note//': '//reason)

@@ -74,7 +74,8 @@ contains
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       times = 0.0_wp
       if (progress%limit%first > 0.0_wp) times = progress%limit%most/progress%limit%first
-      if (phase%kind == phase_safety .or. phase%controls%limit_compliance > 0.0_wp .or. .not. times > fallen) return
+      if (phase%kind == phase_safety .or. phase%controls%limit_compliance > 0.0_wp .or. .not. (times > fallen .or. &
+        progress%limit%passed > 0.0_wp)) return
       ! Soil that drains or creeps moves without a load.
       if (waits(phase)) return
       if (.not. carries_strains(model%state%points)) return
