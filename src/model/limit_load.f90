@@ -9,8 +9,8 @@
 !> two steps, is LIMIT COMPLIANCE times the reference. Its uncertainty is estimated from the plateau, which begins at
 !> the load at which C is half of the allowed value, found in the same way, and ends as far above the knee as the
 !> extrapolated load of infinite compliance. Without LIMIT COMPLIANCE, C is only measured, and the load at which it
-!> first reaches 20 times the reference, or 10 times where it does not, or at which a body-fitted mesh is too distorted, is
-!> recorded as an estimate.
+!> first reaches 20 times the reference, or 10 times where it does not, or at which a body-fitted mesh is too
+!> distorted, is recorded as an estimate.
 !> docs/methods/limit_loads.md
 module qsmpm_limit_load
   use qsmpm_kinds, only: wp
@@ -41,7 +41,8 @@ module qsmpm_limit_load
     real(wp) :: plateau = 0.0_wp
     !> Load fraction at the knee, 0 until the limit load is found.
     real(wp) :: knee = 0.0_wp
-    !> Load fraction at which the compliance first reached 10 or 20 times that of the first step, 0 for none.
+    !> Load fraction at which the compliance first reached 10 or 20 times that of the first step, 0 for none; negative
+    !> where a body-fitted mesh was left before.
     real(wp) :: passed = 0.0_wp
     !> df . df of the last accepted step over the square of its load fraction; negative where the mesh has changed
     !> since.
@@ -131,8 +132,8 @@ contains
     real(wp), intent(in) :: fraction
     type(limit_load_type), intent(inout) :: limit
 
-    if (limit%last > soft*limit%first .and. limit%first > 0.0_wp .and. .not. limit%passed > 0.0_wp) &
-      limit%passed = fraction
+    if (limit%first > 0.0_wp .and. .not. limit%passed > 0.0_wp) limit%passed = merge(fraction, -fraction, &
+      limit%last > soft*limit%first)
   end subroutine note_left
 
   !> Records a step rejected for its compliance, or because the soil does not support its loads.

@@ -145,8 +145,8 @@ contains
     type(limit_load_type), intent(in) :: limit
 
     limit_good = all(is_usable([limit%first, limit%last, limit%most, limit%refused_compliance, limit%square])) .and. &
-      all(abs([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee, limit%passed] - 0.5_wp) &
-      <= 0.5_wp)
+      all(abs([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee, abs(limit%passed)] - &
+      0.5_wp) <= 0.5_wp)
   end function limit_good
 
   !> Returns whether all fields are finite and the points are in cells of the mesh.

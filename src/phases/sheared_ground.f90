@@ -67,7 +67,7 @@ contains
   !> phase requests its limit load.
   function fallen_note(model) result(text)
     type(model_type), intent(in) :: model
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: text, load, where
     real(wp) :: times
 
     text = ''
@@ -75,16 +75,20 @@ contains
       times = 0.0_wp
       if (progress%limit%first > 0.0_wp) times = progress%limit%most/progress%limit%first
       if (phase%kind == phase_safety .or. phase%controls%limit_compliance > 0.0_wp .or. .not. (times > fallen .or. &
-        progress%limit%passed > 0.0_wp)) return
+        abs(progress%limit%passed) > 0.0_wp)) return
       ! Soil that drains or creeps moves without a load.
       if (waits(phase)) return
       if (.not. carries_strains(model%state%points)) return
       text = sheared_text(model)
-      if (len(text) > 0) text = "warning: phase '"//phase%name//"': "//text//', and the same load moved '// &
+      if (len(text) == 0) return
+      load = rounded_text(phase%load_factor*abs(progress%limit%passed), 3)
+      where = ', about load factor '//load//' on this grid by the compliance of the steps'
+      if (.not. progress%limit%passed > 0.0_wp) where = ', above load factor '//load//', beyond which the '// &
+        'background grid that has replaced the body-fitted mesh restrains the soil'
+      text = "warning: phase '"//phase%name//"': "//text//', and the same load moved '// &
         'the ground up to '//rounded_text(times, 2)//' times as far as in the first step: the ground has '// &
         'failed, and is in equilibrium in a deformed shape'//way_text(model)//'. Its limit load is less than '// &
-        'the load of the phase, about load factor '//rounded_text(phase%load_factor*progress%limit%passed, 3)// &
-        ' on this grid by the compliance of the steps: `qsmpm-verify bounds DECK --phase NAME` gives bounds, '// &
+        'the load of the phase'//where//': `qsmpm-verify bounds DECK --phase NAME` gives bounds, '// &
         '*CONTROLS, LIMIT COMPLIANCE ends the phase there'//new_line('a')
     end associate
   end function fallen_note

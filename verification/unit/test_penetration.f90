@@ -516,6 +516,9 @@ contains
         'to 0.2') > 0 .and. index(fallen_note(model), '20 times as far as in the first step') > 0 .and. &
         index(fallen_note(model), 'about load factor '//rounded_text(0.25_wp*phase%load_factor, 3)//' on this grid by the '// &
         'compliance') > 0)
+      limit%passed = -0.25_wp
+      call tests%check('a mesh that was left before', index(fallen_note(model), ', above load factor '// &
+        rounded_text(0.25_wp*phase%load_factor, 3)//', beyond which the background grid') > 0)
       limit%passed = 0.0_wp
       phase%controls%limit_compliance = 10.0_wp
       call tests%check('a phase that asks for its limit load', len(fallen_note(model)) == 0)
