@@ -9,6 +9,7 @@ module qsmpm_contact_scratch
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
   use qsmpm_contact_patches, only: contact_patches_type, find_patches, extent_of
+  use qsmpm_contact_water, only: contact_water_type, see_contact_water
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_part, only: is_divided, own_of
@@ -18,6 +19,7 @@ module qsmpm_contact_scratch
   use qsmpm_space, only: shape_values_type
   use qsmpm_surface_basis, only: stiffness_at, stiffness_near
   use qsmpm_team, only: total
+  use qsmpm_unknowns, only: unknowns_type
   implicit none
   private
 
@@ -60,6 +62,8 @@ module qsmpm_contact_scratch
     !> Nodes of each patch, and the functions of each place at these nodes (most nodes, places).
     type(connectivity_type) :: connectivity
     real(wp), allocatable :: shape(:, :)
+    !> Pore pressure at the places; its unknowns are nodes of the patch with the value 0 at all places.
+    type(contact_water_type) :: water
     !> Multipliers, area, opening at the start (0 on the soil), and penalties of gap and slip of each patch; (patches),
     !> (3, patches), (2, patches).
     real(wp), allocatable :: pressure(:), shear(:, :), patch_area(:), opening(:), penalty(:, :)
@@ -92,10 +96,11 @@ module qsmpm_contact_scratch
 contains
 
   !> Sets up the patches near the bodies, with their data of the previous step.
-  subroutine lay_scratch(self, model, configuration, columns, turning_columns)
+  subroutine lay_scratch(self, model, configuration, unknowns, columns, turning_columns)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
+    type(unknowns_type), intent(in) :: unknowns
     !> Columns of the bodies in the table of unknowns (bodies).
     integer, intent(in) :: columns(:), turning_columns(:)
     logical :: free(body_components)
@@ -133,6 +138,7 @@ contains
     call present_body_points(model, self%before, self%on_bodies)
     call find_patches(model, near, touched, self%on_bodies, self%patches, faces%found .and. .not. faces%share > 0.0_wp)
     call find_functions(self, model, configuration, basis)
+    call see_contact_water(model, unknowns, points_of_soil(self), self%water)
     call gather_nodes(self, basis)
     call lay_places(self, model, faces)
     self%origin = 0.0_wp
@@ -266,6 +272,17 @@ contains
     is_on_body = self%pairs(self%patches%pair(c))%surface == 0
   end function is_on_body
 
+  !> Returns the surface points of all places of the list; 0 on a body (places).
+  pure function points_of_soil(self) result(points)
+    type(contact_scratch_type), intent(in) :: self
+    integer :: points(size(self%patches%point)), c
+
+    points = self%patches%point
+    do c = 1, self%patches%count
+      if (is_on_body(self, c)) points(self%patches%first(c):self%patches%first(c + 1) - 1) = 0
+    end do
+  end function points_of_soil
+
   !> Finds the functions of all places of the list.
   subroutine find_functions(self, model, configuration, basis)
     type(contact_scratch_type), intent(in) :: self
@@ -329,9 +346,9 @@ contains
     end do
   end subroutine lay_places
 
-  !> Collects the nodes of every patch, each once, and the functions of its places at these nodes. A free body is one
-  !> more node, with the value -1 at all places of the patch; one that may rotate is a further node with the value 0
-  !> (qsmpm_contact_push).
+  !> Collects the nodes of every patch, each once, and the functions of its places at these nodes. Pore pressures
+  !> follow, with the value 0 (qsmpm_contact_water). A free body is one more node, with the value -1 at all places of
+  !> the patch; one that may rotate is a further node with the value 0 (qsmpm_contact_push).
   subroutine gather_nodes(self, basis)
     type(contact_scratch_type), intent(inout) :: self
     !> (places)
@@ -349,6 +366,10 @@ contains
         do k = patches%first(c), patches%first(c + 1) - 1
           do a = 1, basis(k)%count
             if (.not. any(nodes == basis(k)%node(a))) nodes = [nodes, basis(k)%node(a)]
+          end do
+          do a = 1, size(self%water%column, 1)
+            if (self%water%column(a, k) > 0 .and. .not. any(nodes == self%water%column(a, k))) &
+              nodes = [nodes, self%water%column(a, k)]
           end do
         end do
         associate (b => self%pairs(patches%pair(c))%body)
