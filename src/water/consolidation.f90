@@ -24,6 +24,7 @@ module qsmpm_consolidation
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_retention, only: curve_of, take_up
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_structures, only: contact_on_body
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
@@ -178,6 +179,9 @@ contains
           if (model%mesh%dimension == 3) way = '*GRID, ELEMENT=HEX20 with *METHOD, BASIS=FEM'
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'requires quadratic '// &
             'elements that move with the material: '//way)
+        else if (phase%consolidation%given .and. any(model%analysis%contacts%place == contact_on_body)) then
+          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'does not support ON=BODY of '// &
+            '*CONTACT: give the SURFACE of the soil beside the body')
         else if (phase%consolidation%given .and. phase%kind == phase_safety) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
             "' is of TYPE=SAFETY, in which no time passes")

@@ -239,7 +239,7 @@ contains
     end do
   end subroutine warn_of_untouched
 
-  !> Warns that contact transmits effective stresses only.
+  !> Warns that contact transmits effective stresses only where the water is given by a level.
   subroutine warn_of_water(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p
@@ -248,7 +248,8 @@ contains
     do p = 1, size(state%analysis%phases)
       if (size(state%analysis%phases(p)%water_levels) == 0) cycle
       call state%warn(state%analysis%contacts(1)%where, 'CONTACT', 'contact transmits effective stresses: CONTACT '// &
-        'FORCE does not include the water pressure below *WATER LEVEL; add it for the total force on the body')
+        'FORCE does not include the water pressure below *WATER LEVEL, except under a free surface of '// &
+        '*CONSOLIDATION; add it for the total force on the body, and give *LOAD less the uplift')
       return
     end do
   end subroutine warn_of_water
