@@ -13,7 +13,7 @@ module qsmpm_covered_faces
   public :: is_covered, is_under_body
 
   !> Distance from a body, relative to the length of a face, up to which the body covers the face.
-  real(wp), parameter :: covering = 0.05_wp
+  real(wp), parameter, public :: covering = 0.05_wp
 
 contains
 

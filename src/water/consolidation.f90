@@ -180,8 +180,8 @@ contains
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'requires quadratic '// &
             'elements that move with the material: '//way)
         else if (phase%consolidation%given .and. any(model%analysis%contacts%place == contact_on_body)) then
-          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'does not support ON=BODY of '// &
-            '*CONTACT: give the SURFACE of the soil beside the body')
+          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'does not support ON=BODY '// &
+            'of *CONTACT: give the SURFACE of the soil beside the body')
         else if (phase%consolidation%given .and. phase%kind == phase_safety) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
             "' is of TYPE=SAFETY, in which no time passes")

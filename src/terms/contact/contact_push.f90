@@ -119,11 +119,12 @@ contains
     end if
     water = 0.0_wp
     do k = lbound(measure, 1), ubound(measure, 1)
-      call water_at(self%water, k, displacement, pressure, by_column)
+      call water_at(self%water, k, pressure, by_column, displacement)
       water = water + self%area(k)/self%patch_area(c)*pressure
     end do
     tractions = contact_tractions(pair, self%penalty(:, c), self%pressure(c), self%shear(:, c), gap, slip_here, &
       touching*self%cell_size, water)
+    if (self%in_gap(c) > max(0.0_wp, tractions%pressure)) tractions = tractions_type(pressure=self%in_gap(c))
   end subroutine tractions_of_patch
 
   !> Computes the mean gap and slip of a patch, and the geometry of each of its places. A free body does not translate
@@ -209,7 +210,7 @@ contains
 
     associate (nodes => self%connectivity%nodes(self%connectivity%first(c):self%connectivity%first(c + 1) - 1))
       do k = self%patches%first(c), self%patches%first(c + 1) - 1
-        call water_at(self%water, k, displacement, pressure, by_column)
+        call water_at(self%water, k, pressure, by_column, displacement)
         do b = 1, size(by_column)
           if (self%water%column(b, k) == 0) cycle
           n = findloc(nodes, self%water%column(b, k), dim=1)

@@ -76,15 +76,15 @@ contains
   end subroutine see_contact_water
 
   !> Returns the pore pressure at a place, which acts on the skeleton, and its derivatives.
-  pure subroutine water_at(water, k, table, pressure, by_column)
+  pure subroutine water_at(water, k, pressure, by_column, table)
     type(contact_water_type), intent(in) :: water
     !> Number of the place.
     integer, intent(in) :: k
-    !> Table of all unknowns.
-    real(wp), intent(in) :: table(:, :)
     real(wp), intent(out) :: pressure
     !> (corners)
     real(wp), intent(out) :: by_column(8)
+    !> Table of all unknowns; at the start of the step when not given.
+    real(wp), intent(in), optional :: table(:, :)
     real(wp) :: nodal, share, slope
     integer :: a
 
@@ -92,7 +92,8 @@ contains
     by_column = 0.0_wp
     do a = 1, size(by_column)
       if (water%column(a, k) == 0) cycle
-      nodal = water%kept(a, k) + table(1, water%column(a, k))
+      nodal = water%kept(a, k)
+      if (present(table)) nodal = nodal + table(1, water%column(a, k))
       share = 1.0_wp
       slope = 0.0_wp
       if (water%total) call take_up(water%curve(k), nodal, water%suction(a, k), share, slope)
