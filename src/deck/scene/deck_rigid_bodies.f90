@@ -31,7 +31,8 @@ contains
       '*RIGID BODY, NAME=pipe, SHAPE=CIRCLE| 0, 1.25, 0.25', finish_rigid_body, list=list_rigid_bodies, &
       opens='rigid body')
     call table%add('CONTACT', in_model, many, 'Contact between a surface of the soil and a rigid body, with '// &
-      'friction and separation; with ON=BODY of any soil that flows around the body.', contact_fields, &
+      'friction and separation; with ON=BODY of any soil that flows around the body. Friction acts on effective '// &
+      'stresses, in soil with *CONSOLIDATION on the pressure less that of the water.', contact_fields, &
       '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, list=list_contacts, opens='contact')
   end subroutine add_rigid_body_keywords
 
