@@ -19,7 +19,7 @@ module qsmpm_rigid_bodies
     rigid_cylinder
   use qsmpm_body_points, only: make_body_outlines, lay_body_points
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
-  use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
+  use qsmpm_kept_arrays, only: is_kept, lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_own_part, only: own_of
   use qsmpm_polygon, only: polygon_centroid
@@ -254,13 +254,14 @@ contains
     pose = rigid_pose_type(values(:3, body), values(rotation_row:force_row - 1, body))
   end function pose_of
 
-  !> Returns the bodies in their present position.
+  !> Returns the bodies in their present position; while the model is built that of the deck.
   pure function placed_bodies(model) result(bodies)
     type(model_type), intent(in) :: model
     type(placed_shape_type), allocatable :: bodies(:)
     integer :: b
 
     allocate (bodies, source=model%rigid_shapes)
+    if (.not. is_kept(model%state%kept, kept_name)) return
     do b = 1, size(bodies)
       bodies(b)%pose = pose_of(model, b)
     end do

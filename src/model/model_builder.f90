@@ -105,10 +105,10 @@ contains
     if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
     if (diagnostics%count == 0) call make_surfaces(model, table, diagnostics)
     if (diagnostics%count == 0) call measure_cavities(model, diagnostics)
+    if (diagnostics%count == 0) call make_rigid_bodies(model, diagnostics)
     if (diagnostics%count == 0) call find_seepage(model, diagnostics)
     if (diagnostics%count == 0) call check_consolidation(model, diagnostics)
     if (diagnostics%count == 0) call check_water_levels(model, diagnostics)
-    if (diagnostics%count == 0) call make_rigid_bodies(model, diagnostics)
     if (diagnostics%count == 0 .and. has_bodies_in_place(model%analysis)) then
       call drop_buried_surfaces(model, diagnostics)
       call choose_carrying_points(model)

@@ -224,13 +224,14 @@ contains
   end subroutine note_background
 
   !> Returns whether a mesh that moves with the material cannot be used: an activated body does not fill its cells, or
-  !> rigid bodies are moved.
+  !> rigid bodies are moved where no pore water flows.
   pure logical function leaves_its_cells(analysis) result(leaves)
     type(analysis_type), intent(in) :: analysis
     integer :: p
 
     leaves = analysis%moving_mesh%active
-    if (allocated(analysis%rigid_bodies)) leaves = leaves .or. size(analysis%rigid_bodies) > 0
+    if (allocated(analysis%rigid_bodies)) leaves = leaves .or. size(analysis%rigid_bodies) > 0 .and. .not. &
+      has_consolidation(analysis%phases)
     if (allocated(analysis%phases)) leaves = leaves .or. any([(leaves_cells(analysis, p), p=1, size(analysis%phases))])
   end function leaves_its_cells
 

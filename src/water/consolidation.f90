@@ -19,11 +19,12 @@ module qsmpm_consolidation
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
-  use qsmpm_phase_description, only: phase_safety, phase_type
+  use qsmpm_phase_description, only: phase_safety
   use qsmpm_permeability_law, only: permeability_constant, permeability_words
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_retention, only: curve_of, take_up
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_structures, only: contact_on_body
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
@@ -177,15 +178,13 @@ contains
           way = '*GRID without ELEMENT, no *METHOD'
           if (model%mesh%dimension == 3) way = '*GRID, ELEMENT=HEX20 with *METHOD, BASIS=FEM'
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'requires quadratic '// &
-            'elements that move with the material: '//way//', and no rigid bodies, whose contact uses a fixed '// &
-            'background grid (prescribe displacements by *PRESCRIBE)')
+            'elements that move with the material: '//way)
+        else if (phase%consolidation%given .and. any(model%analysis%contacts%place == contact_on_body)) then
+          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'does not support ON=BODY '// &
+            'of *CONTACT: give the SURFACE of the soil beside the body')
         else if (phase%consolidation%given .and. phase%kind == phase_safety) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
             "' is of TYPE=SAFETY, in which no time passes")
-        else if (phase%consolidation%given .and. needs_effective_pressure(model%analysis, phase)) then
-          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'friction of *CONTACT acts '// &
-            'on the total pressure of the contact, which is the effective one only where faces drain: not '// &
-            'with *WATER LEVEL, nor with nodes that are closed; use contact without friction, or with ADHESION')
         else if (consolidation_of(model%analysis%phases, p) > 0) then
           call check_soil(model%analysis, p, checked, diagnostics)
           call check_free_surface(model, p, diagnostics)
@@ -194,23 +193,6 @@ contains
       end associate
     end do
   end subroutine check_consolidation
-
-  !> Returns whether friction on a rigid body depends on the pore pressure at the face of the soil.
-  pure logical function needs_effective_pressure(analysis, phase) result(needs)
-    type(analysis_type), intent(in) :: analysis
-    type(phase_type), intent(in) :: phase
-    integer :: p
-
-    needs = .false.
-    if (allocated(analysis%contacts)) needs = any(analysis%contacts%friction_angle > 0.0_wp .or. &
-      analysis%contacts%interface > 0.0_wp)
-    if (.not. needs) return
-    needs = allocated(phase%consolidation%sets)
-    if (needs) needs = any(phase%consolidation%sets%closed)
-    do p = 1, size(analysis%phases)
-      if (allocated(analysis%phases(p)%water_levels)) needs = needs .or. size(analysis%phases(p)%water_levels) > 0
-    end do
-  end function needs_effective_pressure
 
   !> Returns the warning of a phase without drained boundary, else an empty text.
   function closed_note(model) result(text)

@@ -11,6 +11,7 @@
 module qsmpm_free_surface
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
+  use qsmpm_covered_faces, only: is_covered
   use qsmpm_element, only: corner_count, face_area_vector, face_corners, face_count, face_rule, &
     linear_kind, shape_functions
   use qsmpm_free_water, only: beside_text, find_shores, shallow, shore_text, spread_water
@@ -142,8 +143,10 @@ contains
     real(wp), intent(in) :: fraction
     type(water_bounds_type), intent(out) :: bounds
     type(head_type), allocatable :: rows(:)
+    !> Rows with faces of the ground, other than wells and drains, so far, and those without.
+    logical, allocatable :: found(:), missing(:)
     logical :: filled(model%mesh%cell_count), air, given(6, model%mesh%cell_count)
-    integer :: c, f, i, wet(model%mesh%node_count)
+    integer :: c, f, i, turn, wet(model%mesh%node_count)
 
     associate (mesh => model%mesh)
       allocate (bounds%open, source=open)
@@ -156,23 +159,32 @@ contains
       given = .false.
       wet = 0
       rows = rows_in_force(model%analysis%phases, model%state%progress%phase, fraction)
-      do c = 1, mesh%cell_count
-        if (.not. filled(c)) cycle
-        do f = 1, face_count(mesh%cell_kind(c))
-          air = is_in_air(model, filled, c, f)
-          if (.not. air .and. mesh%face_neighbour(f, c) > 0) cycle
-          given(f, c) = .not. air
-          do i = 1, size(rows)
-            if (.not. is_on(model, rows(i)%set, c, f)) cycle
-            call take_face(model, rows(i), i, c, f, bounds)
-            given(f, c) = .true.
-            if (air) call wet_ends(model, rows(i), i, c, f, wet)
+      found = [(.false., i=1, size(rows))]
+      ! Faces under rigid bodies belong to a row that has no others, as of a drained wall.
+      do turn = 1, 2
+        missing = .not. found
+        do c = 1, mesh%cell_count
+          if (.not. filled(c)) cycle
+          do f = 1, face_count(mesh%cell_kind(c))
+            if (mesh%face_neighbour(f, c) > 0) then
+              if (filled(mesh%face_neighbour(f, c))) cycle
+            end if
+            if (is_covered(model, c, f) .neqv. turn == 2) cycle
+            air = is_in_air(model, filled, c, f)
+            given(f, c) = .not. air
+            do i = 1, size(rows)
+              if (.not. missing(i)) cycle
+              if (.not. is_on(model, rows(i)%set, c, f)) cycle
+              found(i) = .true.
+              call take_face(model, rows(i), i, c, f, bounds, loads=turn == 1)
+              given(f, c) = .true.
+              if (air) call wet_ends(model, rows(i), i, c, f, wet)
+            end do
           end do
         end do
       end do
       do i = 1, size(rows)
-        if (any(bounds%row == i)) cycle
-        call take_ends(model, rows(i), i, nodes_within(model, rows(i)%set), bounds)
+        if (.not. found(i)) call take_ends(model, rows(i), i, nodes_within(model, rows(i)%set), bounds)
       end do
       call flood(model, rows, filled, given, wet, bounds)
     end associate
@@ -225,7 +237,7 @@ contains
       if (any(wet(ends(:, k)) == 0 .and. height(ends(:, k)) < level(i))) cycle
       row = rows(i)
       row%rain = 0.0_wp
-      call take_face(model, row, i, faces(2, k), faces(1, k), bounds)
+      call take_face(model, row, i, faces(2, k), faces(1, k), bounds, loads=.true.)
       bounds%beside(i) = .true.
     end do
     allocate (bounds%shore, source=find_shores(ends(:, pack([(k, k=1, size(ends, 2))], &
@@ -288,7 +300,8 @@ contains
     end associate
   end subroutine wet_ends
 
-  !> Checks whether a face is exposed: next to an empty cell, or facing upwards at the end of the mesh.
+  !> Checks whether a face is exposed: next to an empty cell, or facing upwards at the end of the mesh, and not covered
+  !> by a rigid body.
   pure logical function is_in_air(model, filled, c, f) result(air)
     type(model_type), intent(in) :: model
     !> Filled cells (cells).
@@ -301,6 +314,7 @@ contains
     else
       air = .not. filled(model%mesh%face_neighbour(f, c))
     end if
+    if (air) air = .not. is_covered(model, c, f)
   end function is_in_air
 
   !> Checks whether a face at the end of the mesh faces upwards and is free: a vertically fixed face is no ground
@@ -439,13 +453,14 @@ contains
     end do
   end function area_of_face
 
-  !> Adds level, load and rain of a row on a face.
-  pure subroutine take_face(model, row, number, c, f, bounds)
+  !> Adds level, load and rain of a row on a face; free water neither loads a face under a body nor falls on it.
+  pure subroutine take_face(model, row, number, c, f, bounds, loads)
     type(model_type), intent(in) :: model
     type(head_type), intent(in) :: row
     !> Number of the row, of the cell, and of its face.
     integer, intent(in) :: number, c, f
     type(water_bounds_type), intent(inout) :: bounds
+    logical, intent(in) :: loads
     real(wp), allocatable :: place(:, :), weight(:)
     real(wp) :: shape(20), at(model%mesh%dimension), area(model%mesh%dimension), depth
     integer :: axis, q, n
@@ -457,7 +472,7 @@ contains
       associate (node => mesh%cell_nodes(first:first + n - 1), &
           ends => mesh%cell_nodes(first - 1 + face_corners(kind, f)))
         call face_rule(kind, f, degree, place, weight)
-        do q = 1, size(weight)
+        do q = 1, merge(size(weight), 0, loads)
           call shape_functions(kind, place(:, q), shape(:n))
           at = matmul(mesh%coordinates(:, node), shape(:n))
           call face_area_vector(kind, f, place(:, q), mesh%coordinates(:, node), area)

@@ -8,6 +8,7 @@ module qsmpm_seepage_bounds
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
   use qsmpm_analysis, only: analysis_type, axisymmetric
+  use qsmpm_covered_faces, only: is_under_body
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_fitted_mesh, only: fitted_mesh_type
   use qsmpm_free_surface, only: former_levels, is_of_part => is_on, looks_up
@@ -17,7 +18,6 @@ module qsmpm_seepage_bounds
   use qsmpm_model, only: model_type
   use qsmpm_outline_graph, only: outline_type
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_polygon, only: polygon_contains
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type
   use qsmpm_tensor, only: cross
@@ -60,8 +60,8 @@ contains
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     type(diagnostics_type), intent(inout) :: diagnostics
-    integer :: c, k, i, ends(size(scene%mesh%corner, 1) - 1), wet(size(flow%kind))
-    logical :: found(size(level%heads)), open(size(scene%mesh%corner, 1), size(scene%flows))
+    integer :: c, k, i, turn, ends(size(scene%mesh%corner, 1) - 1), wet(size(flow%kind))
+    logical :: found(size(level%heads)), open(size(scene%mesh%corner, 1), size(scene%flows)), missing(size(found))
     real(wp) :: up, reach(size(level%heads)), area(size(level%heads))
     integer :: material(size(model%analysis%bodies))
 
@@ -73,20 +73,26 @@ contains
     area = 0.0_wp
     open = .false.
     wet = 0
-    do c = 1, size(scene%flows)
-      do k = 1, size(open, 1)
-        if (.not. is_bound(scene, c, k)) cycle
-        ends = ends_of(scene, c, k)
-        open(k, c) = is_in_air(model, scene, c, k) .and. .not. is_held(model, scene, number, c, k)
-        if (open(k, c)) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
-        do i = 1, size(level%heads)
-          if (.not. is_on(model, scene, level%heads(i)%set, c, k)) cycle
-          found(i) = .true.
-          call give_head(up*level%heads(i)%level, i, ends, scene, flow)
-          area(i) = area(i) + norm2(area_of(flow%position(:, ends)))
-          call let_rain(model%analysis, level%heads(i), ends, flow)
-          if (open(k, c)) where (scene%row(ends) == i .and. reach(i) >= flow%height(ends) - hair*scene%size) &
-            wet(ends) = i
+    ! Faces under rigid bodies belong to a row that has no others, as of a drained wall.
+    do turn = 1, 2
+      missing = .not. found
+      do c = 1, size(scene%flows)
+        do k = 1, size(open, 1)
+          if (.not. is_bound(scene, c, k)) cycle
+          ends = ends_of(scene, c, k)
+          if (is_under_body(model, flow%position(:, ends)) .neqv. turn == 2) cycle
+          open(k, c) = is_in_air(model, scene, c, k) .and. .not. is_held(model, scene, number, c, k)
+          if (open(k, c)) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
+          do i = 1, size(level%heads)
+            if (.not. missing(i)) cycle
+            if (.not. is_on(model, scene, level%heads(i)%set, c, k)) cycle
+            found(i) = .true.
+            call give_head(up*level%heads(i)%level, i, ends, scene, flow)
+            area(i) = area(i) + norm2(area_of(flow%position(:, ends)))
+            call let_rain(model%analysis, level%heads(i), ends, flow)
+            if (open(k, c)) where (scene%row(ends) == i .and. reach(i) >= flow%height(ends) - hair*scene%size) &
+              wet(ends) = i
+          end do
         end do
       end do
     end do
@@ -308,27 +314,18 @@ contains
     type(model_type), intent(in) :: model
     type(seepage_scene_type), intent(in) :: scene
     integer, intent(in) :: c, k
-    real(wp) :: middle(size(scene%mesh%position, 1)), up
-    integer :: o
+    integer :: ends(size(scene%mesh%corner, 1) - 1)
 
-    is_in_air = .false.
-    up = upwards(model%analysis)
-    associate (mesh => scene%mesh, beyond => scene%mesh%neighbour(k, c), axis => vertical_of(model%analysis))
-      if (beyond == 0 .and. allocated(scene%face)) then
+    ends = ends_of(scene, c, k)
+    associate (height => upwards(model%analysis)*scene%mesh%position(vertical_of(model%analysis), :))
+      is_in_air = .not. is_under_body(model, scene%mesh%position(:, ends))
+      if (scene%mesh%neighbour(k, c) > 0 .or. .not. is_in_air) return
+      if (allocated(scene%face)) then
         is_in_air = looks_up(model, scene%cell(c), scene%face(k, c))
-        return
-      else if (beyond == 0) then
-        is_in_air = all(up*(mesh%position(axis, ends_of(scene, c, k))) >= &
-          maxval(up*mesh%position(axis, :)) - hair*scene%size)
-        return
+      else
+        is_in_air = all(height(ends) >= maxval(height) - hair*scene%size)
       end if
-      middle = sum(mesh%position(:, mesh%corner(:, beyond)), dim=2)/size(mesh%corner, 1)
     end associate
-    is_in_air = .true.
-    do o = 1, size(scene%outlines)
-      if (scene%outlines(o)%region == 0 .and. scene%outlines(o)%is_closed) &
-        is_in_air = is_in_air .and. .not. polygon_contains(scene%outlines(o)%corner, middle)
-    end do
   end function is_in_air
 
   !> Checks whether the face of a cell opposite a corner is in a node set or a surface.

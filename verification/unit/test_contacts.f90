@@ -466,64 +466,82 @@ contains
     real(wp), parameter :: shear(3) = [3.0_wp, 1.0_wp, 0.0_wp], slip(3) = [0.02_wp, -0.01_wp, 0.0_wp]
 
     pair = contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.)
-    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip, 0.0_wp)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip, 0.0_wp, 0.0_wp)
     call tests%check('a gap beyond lambda/eps opens the contact', .not. now%closed .and. .not. now%pressure > 0.0_wp &
       .and. norm2(now%shear) <= 0.0_wp)
-    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.1_wp, slip, 0.0_wp)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.1_wp, slip, 0.0_wp, 0.0_wp)
     call tests%close('p = lambda - eps g', now%pressure, 10.0_wp, 1.0e-12_wp)
     call tests%close('a shear below the limit sticks', norm2(now%shear - [2.8_wp, 1.1_wp, 0.0_wp]), 0.0_wp, &
       1.0e-12_wp)
-    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip, 0.0_wp)
+    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip, 0.0_wp, 0.0_wp)
     call tests%close('one above it slips at mu p + a', norm2(now%shear), 7.0_wp, 1.0e-12_wp)
-    more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp + difference, slip, 0.0_wp)
+    more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp + difference, slip, 0.0_wp, 0.0_wp)
     call tests%close('dp/dg', now%by_gap, (more%pressure - now%pressure)/difference, 1.0e-4_wp)
     call tests%close('dt/dp', norm2(now%by_gap*now%by_pressure - (more%shear - now%shear)/difference), 0.0_wp, &
       1.0e-3_wp)
     more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip + [difference, 0.0_wp, 0.0_wp], &
-      0.0_wp)
+      0.0_wp, 0.0_wp)
     call tests%close('dt/ds', norm2(now%by_slip(:, 1) - (more%shear - now%shear)/difference), 0.0_wp, 1.0e-1_wp)
     call check_slopes('slipping in space', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 1.0e-3_wp)
     call check_slopes('sticking', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [100.0_wp, 10.0_wp], 0.1_wp)
     call check_slopes('pulled, with its adhesion', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .true.), [1.0e4_wp, 1.0e3_wp], 4.0e-3_wp)
     call check_slopes('open', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 4.0e-3_wp)
-    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.999e-3_wp, slip, 0.0_wp)
+    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.999e-3_wp, slip, 0.0_wp, 0.0_wp)
     call tests%close('half of the adhesion at a pressure of half a hundredth of it', norm2(now%shear), 1.0_wp + 0.005_wp, &
       1.0e-9_wp)
     call check_slopes('about to part', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 1.999e-3_wp)
+    call check_slopes('above water', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 1.0e-3_wp, 6.0_wp)
+    call check_slopes('on water', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 1.0e-3_wp, 14.0_wp)
+    call check_slopes('in suction', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 1.0e-3_wp, -6.0_wp)
+    call check_slopes('in suction, about to part', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], &
+      1.998e-3_wp, -6.0_wp)
+    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip, 0.0_wp, 6.0_wp)
+    call tests%close('friction on the pressure less that of the water', norm2(now%shear), 4.0_wp, 1.0e-12_wp)
+    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip, 0.0_wp, 14.0_wp)
+    call tests%close('none where the water carries all', norm2(now%shear), 2.0_wp, 1.0e-12_wp)
+    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip, 0.0_wp, -6.0_wp)
+    call tests%close('and more by suction', norm2(now%shear), 10.0_wp, 1.0e-12_wp)
     pair%tension = .true.
-    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip, 0.0_wp)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip, 0.0_wp, 0.0_wp)
     call tests%close('a contact with tension pulls', now%pressure, -10.0_wp, 1.0e-12_wp)
     call tests%close('and has its adhesion then', norm2(now%shear), 2.0_wp, 1.0e-12_wp)
     pair = contact_pair_type(1, 1, 0.0_wp, 0.0_wp, .false.)
-    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, 0.0_wp*shear, 0.1_wp, 0.0_wp*slip, 0.0_wp)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, 0.0_wp*shear, 0.1_wp, 0.0_wp*slip, 0.0_wp, 0.0_wp)
     call tests%check('a smooth contact has no stiffness along it', all(abs(now%by_slip) <= 0.0_wp))
-    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 0.0_wp, 0.0_wp*shear, 5.0e-4_wp, 0.0_wp*slip, 1.0e-3_wp)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 0.0_wp, 0.0_wp*shear, 5.0e-4_wp, 0.0_wp*slip, 1.0e-3_wp, 0.0_wp)
     call tests%check('a gap of rounding is closed', now%closed)
-    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 0.0_wp, 0.0_wp*shear, 1.1e-3_wp, 0.0_wp*slip, 1.0e-3_wp)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 0.0_wp, 0.0_wp*shear, 1.1e-3_wp, 0.0_wp*slip, 1.0e-3_wp, 0.0_wp)
     call tests%check('a little more is not', .not. now%closed)
   contains
     !> All derivatives by central differences, at a multiplier of 20 and a slip in space.
-    subroutine check_slopes(what, law, penalty, gap)
+    subroutine check_slopes(what, law, penalty, gap, water)
       character(len=*), intent(in) :: what
       type(contact_pair_type), intent(in) :: law
       real(wp), intent(in) :: penalty(2), gap
+      real(wp), intent(in), optional :: water
       real(wp), parameter :: before(3) = [3.0_wp, 1.0_wp, -2.0_wp], slid(3) = [0.02_wp, -0.01_wp, 0.03_wp]
       type(tractions_type) :: here, ahead, back
-      real(wp) :: by(3), most, move(3)
+      real(wp) :: by(3), most, move(3), w
       integer :: j
 
-      here = contact_tractions(law, penalty, 20.0_wp, before, gap, slid, 0.0_wp)
-      ahead = contact_tractions(law, penalty, 20.0_wp, before, gap + difference, slid, 0.0_wp)
-      back = contact_tractions(law, penalty, 20.0_wp, before, gap - difference, slid, 0.0_wp)
+      w = 0.0_wp
+      if (present(water)) w = water
+      here = contact_tractions(law, penalty, 20.0_wp, before, gap, slid, 0.0_wp, w)
+      ahead = contact_tractions(law, penalty, 20.0_wp, before, gap + difference, slid, 0.0_wp, w)
+      back = contact_tractions(law, penalty, 20.0_wp, before, gap - difference, slid, 0.0_wp, w)
       call tests%close('dp/dg '//what, here%by_gap, (ahead%pressure - back%pressure)/(2.0_wp*difference), 1.0e-3_wp)
       by = (ahead%shear - back%shear)/(2.0_wp*difference)
       call tests%close('dt/dp '//what, norm2(here%by_gap*here%by_pressure - by), 0.0_wp, 1.0e-3_wp)
+      ahead = contact_tractions(law, penalty, 20.0_wp, before, gap, slid, 0.0_wp, w + difference)
+      back = contact_tractions(law, penalty, 20.0_wp, before, gap, slid, 0.0_wp, w - difference)
+      if (present(water)) call tests%close('dt/dw '//what, norm2(here%by_water - (ahead%shear - back%shear) &
+        /(2.0_wp*difference)), 0.0_wp, 1.0e-6_wp)
       most = 0.0_wp
       do j = 1, 3
         move = 0.0_wp
         move(j) = difference
-        ahead = contact_tractions(law, penalty, 20.0_wp, before, gap, slid + move, 0.0_wp)
-        back = contact_tractions(law, penalty, 20.0_wp, before, gap, slid - move, 0.0_wp)
+        ahead = contact_tractions(law, penalty, 20.0_wp, before, gap, slid + move, 0.0_wp, w)
+        back = contact_tractions(law, penalty, 20.0_wp, before, gap, slid - move, 0.0_wp, w)
         most = max(most, norm2(here%by_slip(:, j) - (ahead%shear - back%shear)/(2.0_wp*difference)))
       end do
       call tests%close('dt/ds '//what, most, 0.0_wp, 1.0e-4_wp)

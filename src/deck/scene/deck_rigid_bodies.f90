@@ -31,7 +31,8 @@ contains
       '*RIGID BODY, NAME=pipe, SHAPE=CIRCLE| 0, 1.25, 0.25', finish_rigid_body, list=list_rigid_bodies, &
       opens='rigid body')
     call table%add('CONTACT', in_model, many, 'Contact between a surface of the soil and a rigid body, with '// &
-      'friction and separation; with ON=BODY of any soil that flows around the body.', contact_fields, &
+      'friction and separation; with ON=BODY of any soil that flows around the body. Friction acts on effective '// &
+      'stresses, in soil with *CONSOLIDATION on the pressure less that of the water.', contact_fields, &
       '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, list=list_contacts, opens='contact')
   end subroutine add_rigid_body_keywords
 
@@ -239,7 +240,7 @@ contains
     end do
   end subroutine warn_of_untouched
 
-  !> Warns that contact transmits effective stresses only.
+  !> Warns that contact transmits effective stresses only where the water is given by a level.
   subroutine warn_of_water(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p
@@ -248,7 +249,8 @@ contains
     do p = 1, size(state%analysis%phases)
       if (size(state%analysis%phases(p)%water_levels) == 0) cycle
       call state%warn(state%analysis%contacts(1)%where, 'CONTACT', 'contact transmits effective stresses: CONTACT '// &
-        'FORCE does not include the water pressure below *WATER LEVEL; add it for the total force on the body')
+        'FORCE does not include the water pressure below *WATER LEVEL, except under a free surface of '// &
+        '*CONSOLIDATION; add it for the total force on the body, and give *LOAD less the uplift')
       return
     end do
   end subroutine warn_of_water

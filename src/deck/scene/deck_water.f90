@@ -231,9 +231,9 @@ contains
 
     call table%add('CONSOLIDATION', in_phase, once, 'Coupled consolidation over the TIME of the phase, and of '// &
       'those after it: in soil with *PERMEABILITY loads generate excess pore pressure, which dissipates. Exposed '// &
-      'faces are drained and the sides of the grid closed, unless the data lines change it. In a phase of '// &
-      'TYPE=SAFETY no time passes. With *WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT in the phase the total pore '// &
-      'pressure is computed, with a moving phreatic surface.', consolidation_fields, &
+      'faces are drained, faces under rigid bodies and the sides of the grid closed, unless the data lines '// &
+      'change it. In a phase of TYPE=SAFETY no time passes. With *WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT in '// &
+      'the phase the total pore pressure is computed, with a moving phreatic surface.', consolidation_fields, &
       '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN')
   end subroutine add_consolidation_keyword
 

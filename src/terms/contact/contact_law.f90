@@ -2,11 +2,13 @@
 !> step to step, and Coulomb's limit with adhesion.
 !>
 !>   p = max(0, lambda - eps g)                       g   mean gap, lambda pressure of the previous step
-!>   t* = t_0 - eps_t s,   |t| <= mu p + a(p)          s   mean slip in the step, t_0 shear of the previous step
+!>   t* = t_0 - eps_t s,   |t| <= mu (p - w) + a(p)   s   mean slip in the step, t_0 shear of the previous step,
+!>                                                    w   pore pressure there, part of p: p - w is no less than 0
 !>
 !> With the pressure of one step as the multiplier of the next the penetration decreases from step to step for any
 !> penalty. A contact with tension does not bound p. Any other contact loses its adhesion where it opens, continuously,
-!> a(p) = a min(1, p/0.01 a): otherwise patches with nearly no pressure would have no equilibrium.
+!> a(p) = a min(1, p/0.01 a): otherwise patches with nearly no pressure would have no equilibrium. Suction, w < 0, is
+!> such an adhesion of -mu w.
 !> docs/methods/contact.md; the augmented Lagrangian form of friction is that of Simo and Laursen (1992).
 module qsmpm_contact_law
   use qsmpm_kinds, only: wp
@@ -25,15 +27,15 @@ module qsmpm_contact_law
     real(wp) :: pressure = 0.0_wp
     !> Shear of the body on the soil.
     real(wp) :: shear(3) = 0.0_wp
-    !> dp/dg; dt/ds; dt/dp.
-    real(wp) :: by_gap = 0.0_wp, by_slip(3, 3) = 0.0_wp, by_pressure(3) = 0.0_wp
+    !> dp/dg; dt/ds; dt/dp; dt/dw.
+    real(wp) :: by_gap = 0.0_wp, by_slip(3, 3) = 0.0_wp, by_pressure(3) = 0.0_wp, by_water(3) = 0.0_wp
   end type tractions_type
 
 contains
 
   !> Returns the tractions of a patch and their derivatives.
-  pure type(tractions_type) function contact_tractions(pair, penalty, multiplier, shear_before, gap, slip, touching) &
-    result(now)
+  pure type(tractions_type) function contact_tractions(pair, penalty, multiplier, shear_before, gap, slip, touching, &
+    water) result(now)
     type(contact_pair_type), intent(in) :: pair
     !> eps, eps_t [stress/length].
     real(wp), intent(in) :: penalty(2)
@@ -42,7 +44,9 @@ contains
     !> Gap that is zero except for rounding: soil that initially touches the body is resisted by it from the first
     !> iteration on.
     real(wp), intent(in) :: touching
-    real(wp) :: slope, trial(3), limit, size_of_trial, direction(3)
+    !> Pore pressure at the contact where it is a part of the pressure of the contact.
+    real(wp), intent(in) :: water
+    real(wp) :: slope, friction, adhesion, by_water, trial(3), limit, size_of_trial, direction(3)
     integer :: j
 
     now%pressure = multiplier - penalty(1)*gap
@@ -50,13 +54,17 @@ contains
     if (.not. pair%tension) now%pressure = max(0.0_wp, now%pressure)
     if (.not. now%closed) return
     now%by_gap = -penalty(1)
-    limit = pair%adhesion
-    slope = pair%friction
-    if (.not. pair%tension .and. now%pressure < sticks*pair%adhesion) then
+    adhesion = pair%adhesion + pair%friction*max(0.0_wp, -water)
+    friction = merge(pair%friction, 0.0_wp, now%pressure > max(0.0_wp, water))
+    limit = adhesion
+    slope = friction
+    by_water = -merge(pair%friction, friction, water < 0.0_wp)
+    if (.not. pair%tension .and. now%pressure < sticks*adhesion) then
       limit = now%pressure/sticks
       slope = slope + 1.0_wp/sticks
+      if (water < 0.0_wp) by_water = 0.0_wp
     end if
-    limit = limit + pair%friction*max(0.0_wp, now%pressure)
+    limit = limit + friction*(now%pressure - max(0.0_wp, water))
     trial = shear_before - penalty(2)*slip
     if (.not. limit > 0.0_wp) then
       ! A touching patch without tractions also resists slip in the first iteration.
@@ -76,6 +84,7 @@ contains
     do j = 1, 3
       now%by_slip(:, j) = -penalty(2)*limit/size_of_trial*(identity(:, j) - direction*direction(j))
     end do
+    now%by_water = by_water*direction
     if (now%pressure > 0.0_wp) now%by_pressure = slope*direction
   end function contact_tractions
 end module qsmpm_contact_law

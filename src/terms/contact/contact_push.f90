@@ -15,6 +15,7 @@ module qsmpm_contact_push
   use qsmpm_kinds, only: wp
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_scratch, only: contact_scratch_type
+  use qsmpm_contact_water, only: water_at
   use qsmpm_model, only: contact_pair_type
   use qsmpm_rigid_pose, only: placed_shape_type, carry_along, turned_along
   use qsmpm_rigid_shape, only: distance_type, projection
@@ -78,6 +79,7 @@ contains
     if (.not. present(block)) return
     allocate (block(self%dimension, n, self%dimension, n), source=0.0_wp)
     if (tractions%closed) call add_traction_stiffness(tractions, self%patch_area(c), across, along, sliding, block)
+    if (any(abs(tractions%by_water) > 0.0_wp)) call add_water(self, c, displacement, tractions, along, block)
     call add_curvature(self, c, measure, tractions%pressure - self%confinement, block)
     if (.not. turns(self, c)) return
     do k = lbound(measure, 1), ubound(measure, 1)
@@ -98,7 +100,8 @@ contains
     real(wp), intent(out) :: gap
     real(wp), intent(out), optional :: slip(3)
     type(contact_pair_type) :: pair
-    real(wp) :: slip_here(3)
+    real(wp) :: slip_here(3), water, pressure, by_column(8)
+    integer :: k
 
     call measure_patch(self, c, displacement, measure, gap, slip_here)
     if (self%at_rest) then
@@ -114,8 +117,14 @@ contains
       pair%tension = .true.
       if (any(self%strength(:, c) > 0.0_wp)) pair%adhesion = huge(1.0_wp)
     end if
+    water = 0.0_wp
+    do k = lbound(measure, 1), ubound(measure, 1)
+      call water_at(self%water, k, pressure, by_column, displacement)
+      water = water + self%area(k)/self%patch_area(c)*pressure
+    end do
     tractions = contact_tractions(pair, self%penalty(:, c), self%pressure(c), self%shear(:, c), gap, slip_here, &
-      touching*self%cell_size)
+      touching*self%cell_size, water)
+    if (self%in_gap(c) > max(0.0_wp, tractions%pressure)) tractions = tractions_type(pressure=self%in_gap(c))
   end subroutine tractions_of_patch
 
   !> Computes the mean gap and slip of a patch, and the geometry of each of its places. A free body does not translate
@@ -185,6 +194,34 @@ contains
       end do
     end do
   end subroutine add_traction_stiffness
+
+  !> Adds the derivative of the friction with respect to the pore pressures.
+  pure subroutine add_water(self, c, displacement, tractions, along, block)
+    type(contact_scratch_type), intent(in) :: self
+    !> Number of the patch.
+    integer, intent(in) :: c
+    real(wp), intent(in) :: displacement(:, :)
+    type(tractions_type), intent(in) :: tractions
+    !> Sums of A N (1 - n n') (3, 3, nodes).
+    real(wp), intent(in) :: along(:, :, :)
+    real(wp), intent(inout) :: block(:, :, :, :)
+    real(wp) :: pressure, by_column(8), push(3)
+    integer :: a, b, k, n
+
+    associate (nodes => self%connectivity%nodes(self%connectivity%first(c):self%connectivity%first(c + 1) - 1))
+      do k = self%patches%first(c), self%patches%first(c + 1) - 1
+        call water_at(self%water, k, pressure, by_column, displacement)
+        do b = 1, size(by_column)
+          if (self%water%column(b, k) == 0) cycle
+          n = findloc(nodes, self%water%column(b, k), dim=1)
+          do a = 1, size(nodes)
+            push = matmul(along(:, :, a), tractions%by_water)*self%area(k)/self%patch_area(c)*by_column(b)
+            block(:, a, 1, n) = block(:, a, 1, n) - push(:size(block, 1))
+          end do
+        end do
+      end do
+    end associate
+  end subroutine add_water
 
   !> Adds the stiffness due to the rotation of the normals.
   pure subroutine add_curvature(self, c, measure, pressure, block)

@@ -8,7 +8,9 @@ module qsmpm_contact_scratch
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
+  use qsmpm_covered_faces, only: covering
   use qsmpm_contact_patches, only: contact_patches_type, find_patches, extent_of
+  use qsmpm_contact_water, only: contact_water_type, see_contact_water, water_at
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_part, only: is_divided, own_of
@@ -18,6 +20,7 @@ module qsmpm_contact_scratch
   use qsmpm_space, only: shape_values_type
   use qsmpm_surface_basis, only: stiffness_at, stiffness_near
   use qsmpm_team, only: total
+  use qsmpm_unknowns, only: unknowns_type
   implicit none
   private
 
@@ -60,9 +63,13 @@ module qsmpm_contact_scratch
     !> Nodes of each patch, and the functions of each place at these nodes (most nodes, places).
     type(connectivity_type) :: connectivity
     real(wp), allocatable :: shape(:, :)
+    !> Pore pressure at the places; its unknowns are nodes of the patch with the value 0 at all places.
+    type(contact_water_type) :: water
     !> Multipliers, area, opening at the start (0 on the soil), and penalties of gap and slip of each patch; (patches),
     !> (3, patches), (2, patches).
     real(wp), allocatable :: pressure(:), shear(:, :), patch_area(:), opening(:), penalty(:, :)
+    !> Pressure of the water in a gap under a body at the start of the step, 0 without one (patches).
+    real(wp), allocatable :: in_gap(:)
     !> Tangent of the angle of friction, and adhesion of each patch (2, patches).
     real(wp), allocatable :: strength(:, :)
     !> A contact with tension does not open: it has been closed before, or is closed at the start of the step (patches).
@@ -92,10 +99,11 @@ module qsmpm_contact_scratch
 contains
 
   !> Sets up the patches near the bodies, with their data of the previous step.
-  subroutine lay_scratch(self, model, configuration, columns, turning_columns)
+  subroutine lay_scratch(self, model, configuration, unknowns, columns, turning_columns)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
+    type(unknowns_type), intent(in) :: unknowns
     !> Columns of the bodies in the table of unknowns (bodies).
     integer, intent(in) :: columns(:), turning_columns(:)
     logical :: free(body_components)
@@ -133,6 +141,7 @@ contains
     call present_body_points(model, self%before, self%on_bodies)
     call find_patches(model, near, touched, self%on_bodies, self%patches, faces%found .and. .not. faces%share > 0.0_wp)
     call find_functions(self, model, configuration, basis)
+    call see_contact_water(model, unknowns, points_of_soil(self), self%water)
     call gather_nodes(self, basis)
     call lay_places(self, model, faces)
     self%origin = 0.0_wp
@@ -144,6 +153,7 @@ contains
     call take_multipliers(self, model, configuration)
     call take_strengths(self, model)
     call find_bonds(self)
+    call fill_gaps(self)
     call find_counted(self, model)
   end subroutine lay_scratch
 
@@ -196,23 +206,49 @@ contains
   !> Finds the patches that cannot open.
   subroutine find_bonds(self)
     type(contact_scratch_type), intent(inout) :: self
-    real(wp) :: gap
-    integer :: c, k
+    integer :: c
 
     if (allocated(self%bonded)) deallocate (self%bonded)
     allocate (self%bonded(self%patches%count), source=.false.)
     do c = 1, self%patches%count
-      associate (pair => self%pairs(self%patches%pair(c)))
-        if (.not. pair%tension) cycle
-        gap = 0.0_wp
-        do k = self%patches%first(c), self%patches%first(c + 1) - 1
-          gap = gap + self%area(k)/self%patch_area(c)*distance_from(self%before(pair%body), &
-            self%place(:self%dimension, k))
-        end do
-        self%bonded(c) = is_on_body(self, c) .or. abs(self%pressure(c)) > 0.0_wp .or. gap <= touching*self%cell_size
-      end associate
+      if (self%pairs(self%patches%pair(c))%tension) self%bonded(c) = is_on_body(self, c) .or. &
+        abs(self%pressure(c)) > 0.0_wp .or. mean_gap(self, c) <= touching*self%cell_size
     end do
   end subroutine find_bonds
+
+  !> Returns the mean gap of a patch at the start of the step.
+  pure real(wp) function mean_gap(self, c) result(gap)
+    type(contact_scratch_type), intent(in) :: self
+    integer, intent(in) :: c
+    integer :: k
+
+    gap = 0.0_wp
+    do k = self%patches%first(c), self%patches%first(c + 1) - 1
+      gap = gap + self%area(k)/self%patch_area(c)*distance_from(self%before(self%pairs(self%patches%pair(c))%body), &
+        self%place(:self%dimension, k))
+    end do
+  end function mean_gap
+
+  !> Fills gaps under bodies, which no free water reaches, with water of the pressure of the soil there.
+  subroutine fill_gaps(self)
+    type(contact_scratch_type), intent(inout) :: self
+    real(wp) :: gap, pressure, by_column(8)
+    integer :: c, k
+
+    self%in_gap = 0.0_wp*self%pressure
+    do c = 1, self%patches%count
+      gap = mean_gap(self, c)/self%cell_size
+      if (self%bonded(c) .or. .not. (gap > touching .and. gap <= covering)) cycle
+      do k = self%patches%first(c), self%patches%first(c + 1) - 1
+        call water_at(self%water, k, pressure, by_column)
+        self%in_gap(c) = self%in_gap(c) + self%area(k)/self%patch_area(c)*pressure
+      end do
+      self%in_gap(c) = max(0.0_wp, self%in_gap(c))
+      if (.not. self%in_gap(c) > 0.0_wp) cycle
+      self%pressure(c) = 0.0_wp
+      self%shear(:, c) = 0.0_wp
+    end do
+  end subroutine fill_gaps
 
   !> Sets the strength of every patch: that of its contact, or a share of that of the soil there; reduced in a safety
   !> phase.
@@ -265,6 +301,17 @@ contains
 
     is_on_body = self%pairs(self%patches%pair(c))%surface == 0
   end function is_on_body
+
+  !> Returns the surface points of all places of the list; 0 on a body (places).
+  pure function points_of_soil(self) result(points)
+    type(contact_scratch_type), intent(in) :: self
+    integer :: points(size(self%patches%point)), c
+
+    points = self%patches%point
+    do c = 1, self%patches%count
+      if (is_on_body(self, c)) points(self%patches%first(c):self%patches%first(c + 1) - 1) = 0
+    end do
+  end function points_of_soil
 
   !> Finds the functions of all places of the list.
   subroutine find_functions(self, model, configuration, basis)
@@ -329,9 +376,9 @@ contains
     end do
   end subroutine lay_places
 
-  !> Collects the nodes of every patch, each once, and the functions of its places at these nodes. A free body is one
-  !> more node, with the value -1 at all places of the patch; one that may rotate is a further node with the value 0
-  !> (qsmpm_contact_push).
+  !> Collects the nodes of every patch, each once, and the functions of its places at these nodes. Pore pressures
+  !> follow, with the value 0 (qsmpm_contact_water). A free body is one more node, with the value -1 at all places of
+  !> the patch; one that may rotate is a further node with the value 0 (qsmpm_contact_push).
   subroutine gather_nodes(self, basis)
     type(contact_scratch_type), intent(inout) :: self
     !> (places)
@@ -349,6 +396,10 @@ contains
         do k = patches%first(c), patches%first(c + 1) - 1
           do a = 1, basis(k)%count
             if (.not. any(nodes == basis(k)%node(a))) nodes = [nodes, basis(k)%node(a)]
+          end do
+          do a = 1, size(self%water%column, 1)
+            if (self%water%column(a, k) > 0 .and. .not. any(nodes == self%water%column(a, k))) &
+              nodes = [nodes, self%water%column(a, k)]
           end do
         end do
         associate (b => self%pairs(patches%pair(c))%body)

@@ -171,7 +171,7 @@ contains
     type(configuration_type), intent(in) :: configuration
     integer :: b
 
-    call lay_scratch(self%scratch, model, configuration, &
+    call lay_scratch(self%scratch, model, configuration, self%unknowns, &
       [(column_of(self, b, motion_name), b=1, size(model%rigid_shapes))], &
       [(column_of(self, b, turning_name), b=1, size(model%rigid_shapes))])
     self%connectivity = self%scratch%connectivity
