@@ -21,7 +21,7 @@ module qsmpm_cut_cell_check
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
-  use qsmpm_space, only: shape_values_type, functions_at, node_position
+  use qsmpm_space, only: shape_values_type, functions_at, add_at, node_position
   use qsmpm_body_quadrature, only: body_quadrature_type
   use qsmpm_outlines, only: find_bodies, flows
   use qsmpm_outline_surfaces, only: seed_outlines
@@ -149,15 +149,13 @@ contains
     real(wp), intent(out) :: sums(:, :)
     type(seed_list_type) :: list
     type(shape_values_type) :: place
-    integer :: i, a
+    integer :: i
 
     sums = 0.0_wp
     call seed_outlines(model, bodies, list)
     do i = 1, list%count
       call functions_at(model%space, model%mesh, list%cell(i), list%local(:, i), place)
-      do a = 1, place%count
-        sums(:, place%node(a)) = sums(:, place%node(a)) + place%shape(a)*list%vector(:, i)
-      end do
+      call add_at(place, list%vector(:, i), sums)
     end do
   end subroutine integrate_outlines
 
