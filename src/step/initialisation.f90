@@ -292,9 +292,7 @@ contains
     type(step_type), intent(in) :: step
 
     associate (force => step%forces%internal(:, :size(step%lumped)))
-      norm_of_forces = norm2(force)
-      if (step%team%ranks > 1) norm_of_forces = joint_norm(step%team, norm2(pack(force, &
-        spread(step%own(:size(force, 2)), 1, size(force, 1)))))
+      norm_of_forces = joint_norm(step%team, norm2(pack(force, spread(step%own(:size(force, 2)), 1, size(force, 1)))))
     end associate
   end function norm_of_forces
 
@@ -302,9 +300,7 @@ contains
   real(wp) function norm_of_volumes(step)
     type(step_type), intent(in) :: step
 
-    norm_of_volumes = norm2(step%lumped)
-    if (step%team%ranks > 1) norm_of_volumes = joint_norm(step%team, norm2(pack(step%lumped, &
-      step%own(:size(step%lumped)))))
+    norm_of_volumes = joint_norm(step%team, norm2(pack(step%lumped, step%own(:size(step%lumped)))))
   end function norm_of_volumes
 
   !> Updates the largest sizes in the profile of the run.
