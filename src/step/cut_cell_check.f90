@@ -11,7 +11,7 @@
 !> times the integral. At a surface without load its weight is as small as the stress there. In axisymmetry the radial
 !> stress is used in place of the hoop stress. Figures: docs/methods/bodies.md.
 module qsmpm_cut_cell_check
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
   use qsmpm_method_description, only: integrate_cells
   use qsmpm_configuration, only: configuration_type
@@ -236,7 +236,6 @@ contains
     !> (dimension)
     real(wp), intent(in) :: place(:)
     real(wp) :: distance, least
-    integer(long) :: nearest(1)
     integer :: p, body
 
     is_curable = .false.
@@ -250,11 +249,10 @@ contains
       least = distance
       body = model%state%points%body(p)
     end do
-    nearest = body
     associate (team => model%part%team)
-      call spread_from(team, min(team%ranks - 1, lowest_rank(team, least <= smallest(team, least))), nearest)
+      call spread_from(team, min(team%ranks - 1, lowest_rank(team, least <= smallest(team, least))), body)
     end associate
-    if (nearest(1) > 0) is_curable = .not. any_of(model%part%team, flows(model, int(nearest(1))))
+    if (body > 0) is_curable = .not. any_of(model%part%team, flows(model, body))
   end function is_curable
 
   !> Returns the level at which a ratio is reported.

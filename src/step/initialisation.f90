@@ -182,12 +182,11 @@ contains
     subroutine choose_kind(constrained)
       !> Constrained components (dimension, nodes).
       logical, intent(in) :: constrained(:, :)
-      integer(long) :: kind(1), own_equations
+      integer(long) :: own_equations
       logical :: active(size(constrained, 2))
 
-      kind = kind_for(step%system, solver_choice(model))
-      call spread_from(step%team, 0, kind)
-      step%equations%solver_kind = int(kind(1))
+      step%equations%solver_kind = kind_for(step%system, solver_choice(model))
+      call spread_from(step%team, 0, step%equations%solver_kind)
       if (step%team%ranks == 1) return
       active = .false.
       active(connectivity%nodes) = .true.
@@ -292,7 +291,9 @@ contains
     type(step_type), intent(in) :: step
 
     associate (force => step%forces%internal(:, :size(step%lumped)))
-      norm_of_forces = joint_norm(step%team, norm2(pack(force, spread(step%own(:size(force, 2)), 1, size(force, 1)))))
+      norm_of_forces = norm2(force)
+      if (step%team%ranks > 1) norm_of_forces = joint_norm(step%team, norm2(pack(force, &
+        spread(step%own(:size(force, 2)), 1, size(force, 1)))))
     end associate
   end function norm_of_forces
 
@@ -300,7 +301,9 @@ contains
   real(wp) function norm_of_volumes(step)
     type(step_type), intent(in) :: step
 
-    norm_of_volumes = joint_norm(step%team, norm2(pack(step%lumped, step%own(:size(step%lumped)))))
+    norm_of_volumes = norm2(step%lumped)
+    if (step%team%ranks > 1) norm_of_volumes = joint_norm(step%team, norm2(pack(step%lumped, &
+      step%own(:size(step%lumped)))))
   end function norm_of_volumes
 
   !> Updates the largest sizes in the profile of the run.
