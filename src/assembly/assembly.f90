@@ -80,8 +80,7 @@ contains
       keep_gradients)
     type(integration_type), intent(in) :: integration
     !> 2 or 3.
-    integer, intent(in) :: dimension
-    integer, intent(in) :: node_count
+    integer, intent(in) :: dimension, node_count
     !> The results of the laws at the points are requested.
     logical, intent(in) :: keep_results
     !> The blocks of all groups are requested.
@@ -327,9 +326,7 @@ contains
   subroutine add_packed(equations, stencil, dimension, n, block, matrix)
     type(equations_type), intent(in) :: equations
     !> Number of the node list, 2 or 3, and number of nodes.
-    integer, intent(in) :: stencil
-    integer, intent(in) :: dimension
-    integer, intent(in) :: n
+    integer, intent(in) :: stencil, dimension, n
     real(wp), intent(in) :: block(n, dimension, dimension, n)
     type(sparse_matrix_type), intent(inout) :: matrix
 
@@ -339,9 +336,7 @@ contains
   !> Adds the product of the block of a group with the displacements of its nodes, unless these are zero.
   pure subroutine add_product(nodes, dimension, n, block, displacement, force)
     !> Nodes of the group (n), 2 or 3.
-    integer, intent(in) :: nodes(:)
-    integer, intent(in) :: dimension
-    integer, intent(in) :: n
+    integer, intent(in) :: nodes(:), dimension, n
     real(wp), intent(in) :: block(n, dimension, dimension, n)
     !> (dimension, node_count)
     real(wp), intent(in) :: displacement(:, :)

@@ -90,8 +90,7 @@ contains
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> Kind of tangent, and number of the group.
-    integer, intent(in) :: tangent
-    integer, intent(in) :: group
+    integer, intent(in) :: tangent, group
     !> Work space.
     type(work_type), intent(inout) :: work
     !> Results of the laws.
@@ -241,8 +240,7 @@ contains
   pure subroutine load_gradients(integration, d, from, tensor, batch)
     type(integration_type), intent(in) :: integration
     !> 2 or 3, and the first point.
-    integer, intent(in) :: d
-    integer, intent(in) :: from
+    integer, intent(in) :: d, from
     !> Displacement gradients (dimension, directions, points or more).
     real(wp), intent(in) :: tensor(d*integration%directions, *)
     !> Points passed to the law.

@@ -37,11 +37,9 @@ contains
   !> Allocates the work space for groups of a given size.
   pure subroutine allocate_products(dimension, directions, points, nodes, with_tangent, products)
     !> 2 or 3, and number of directions of a gradient.
-    integer, intent(in) :: dimension
-    integer, intent(in) :: directions
+    integer, intent(in) :: dimension, directions
     !> Points and nodes of the largest groups.
-    integer, intent(in) :: points
-    integer, intent(in) :: nodes
+    integer, intent(in) :: points, nodes
     !> Stiffness is requested.
     logical, intent(in) :: with_tangent
     !> The work space.
@@ -54,11 +52,9 @@ contains
 
   !> Computes the displacement gradients of points: tensor(dimension, directions, points).
   subroutine find_gradients(dimension, directions, n, points, u, gradient, tensor)
-    integer, intent(in) :: dimension
-    integer, intent(in) :: directions
+    integer, intent(in) :: dimension, directions
     !> Number of nodes and of points.
-    integer, intent(in) :: n
-    integer, intent(in) :: points
+    integer, intent(in) :: n, points
     !> Displacement of the nodes (dimension, n).
     real(wp), intent(in) :: u(dimension*n)
     real(wp), intent(in) :: gradient(n*directions*points)
@@ -70,11 +66,9 @@ contains
 
   !> Adds the internal forces of points (eq. 25 in the configuration at the start of the step).
   subroutine add_force(dimension, directions, n, points, weight, packed, gradient, tensor, force)
-    integer, intent(in) :: dimension
-    integer, intent(in) :: directions
+    integer, intent(in) :: dimension, directions
     !> Number of nodes and of points.
-    integer, intent(in) :: n
-    integer, intent(in) :: points
+    integer, intent(in) :: n, points
     !> V (points).
     real(wp), intent(in) :: weight(:)
     !> Q packed as a gradient (5 or 9, points or more).
@@ -100,11 +94,9 @@ contains
   !> and, with all pairs, formed directly in the block.
   subroutine add_stiffness(dimension, directions, n, points, symmetric, first, weight, gradient, tangent, products, &
     block)
-    integer, intent(in) :: dimension
-    integer, intent(in) :: directions
+    integer, intent(in) :: dimension, directions
     !> Number of nodes and of points.
-    integer, intent(in) :: n
-    integer, intent(in) :: points
+    integer, intent(in) :: n, points
     logical, intent(in) :: symmetric
     !> The block is still empty.
     logical, intent(in) :: first
@@ -167,9 +159,7 @@ contains
   !> Computes S of plane or axisymmetric points.
   pure subroutine scale_2d(n, directions, points, pair, weight, gradient, tangent, scaled)
     !> Number of nodes, directions and points.
-    integer, intent(in) :: n
-    integer, intent(in) :: directions
-    integer, intent(in) :: points
+    integer, intent(in) :: n, directions, points
     !> Pairs (i,k).
     integer, intent(in) :: pair(:, :)
     !> V.
@@ -204,8 +194,7 @@ contains
   !> Computes S of points in space.
   pure subroutine scale_3d(n, points, pair, weight, gradient, tangent, scaled)
     !> Number of nodes and points.
-    integer, intent(in) :: n
-    integer, intent(in) :: points
+    integer, intent(in) :: n, points
     !> Pairs (i,k).
     integer, intent(in) :: pair(:, :)
     !> V.
@@ -255,11 +244,9 @@ contains
   !> Adds the contribution of the common pressure of consecutive points: CR CL^T / sum (V/k), CR = sum (V/k) r : grad N,
   !> CL = sum (V/k) l : grad N.
   subroutine add_pressure_stiffness(dimension, directions, n, points, weight, gradient, tensor, pressure, block)
-    integer, intent(in) :: dimension
-    integer, intent(in) :: directions
+    integer, intent(in) :: dimension, directions
     !> Number of nodes and of points.
-    integer, intent(in) :: n
-    integer, intent(in) :: points
+    integer, intent(in) :: n, points
     !> V (points).
     real(wp), intent(in) :: weight(:)
     real(wp), intent(in) :: gradient(n*directions*points)

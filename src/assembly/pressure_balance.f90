@@ -60,8 +60,7 @@ contains
     !> Packed components of a gradient, 5 or 9.
     integer, intent(in) :: components
     !> Numbers of points and of displacement components of the largest group.
-    integer, intent(in) :: points
-    integer, intent(in) :: unknowns
+    integer, intent(in) :: points, unknowns
     !> The third direction is strained: axisymmetry and space.
     logical, intent(in) :: hoop
     !> The work space.

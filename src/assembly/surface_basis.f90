@@ -10,7 +10,7 @@ module qsmpm_surface_basis
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_node_graph, only: connectivity_type, lay_lists
   use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: shape_values_type
   use qsmpm_tensor, only: cofactor, identity
@@ -57,16 +57,8 @@ contains
     real(wp), allocatable, intent(out) :: shape(:, :)
     integer :: k, n
 
-    connectivity%count = size(place)
-    allocate (connectivity%first(size(place) + 1))
-    connectivity%first(1) = 1
-    do k = 1, size(place)
-      connectivity%first(k + 1) = connectivity%first(k) + place(k)%count
-    end do
-    n = 0
-    if (size(place) > 0) n = maxval(place%count)
-    allocate (connectivity%nodes(connectivity%first(size(place) + 1) - 1))
-    allocate (shape(n, size(place)), source=0.0_wp)
+    call lay_lists(place%count, connectivity)
+    allocate (shape(maxval([0, place%count]), size(place)), source=0.0_wp)
     do k = 1, size(place)
       n = place(k)%count
       connectivity%nodes(connectivity%first(k):connectivity%first(k + 1) - 1) = place(k)%node(:n)

@@ -32,9 +32,7 @@ contains
   !> the last node; nodes already included in the block before are zero in `u`.
   pure subroutine find_tensors(n, quads, points, u, gradient, tensor)
     !> Numbers of nodes, of blocks of four nodes, and of points.
-    integer, intent(in) :: n
-    integer, intent(in) :: quads
-    integer, intent(in) :: points
+    integer, intent(in) :: n, quads, points
     !> Displacements of the nodes, stored by blocks.
     real(wp), intent(in) :: u(width, quads, 3)
     real(wp), intent(in) :: gradient(n, 3, points)
@@ -72,8 +70,7 @@ contains
 
   !> Adds internal forces of points, f_ia = sum over points of t_ij N_a,j.
   pure subroutine add_forces(n, points, tensor, gradient, force)
-    integer, intent(in) :: n
-    integer, intent(in) :: points
+    integer, intent(in) :: n, points
     !> Weighted stresses.
     real(wp), intent(in) :: tensor(3, 3, points)
     real(wp), intent(in) :: gradient(n, 3, points)
@@ -114,11 +111,9 @@ contains
   !> a symmetric one the pairs i < k are formed, and for i = k the entries at and below the diagonal.
   pure subroutine form_stiffness(n, quads, points, point, symmetric, add, weight, gradient, tangent, packed, scaled, &
     panel, block)
-    integer, intent(in) :: n
-    integer, intent(in) :: quads
+    integer, intent(in) :: n, quads
     !> Number of selected points, and their numbers.
-    integer, intent(in) :: points
-    integer, intent(in) :: point(points)
+    integer, intent(in) :: points, point(points)
     logical, intent(in) :: symmetric, add
     !> Values of all points of the group.
     real(wp), intent(in) :: weight(*), gradient(n, 3, *), tangent(3, 3, 3, 3, *)
@@ -253,8 +248,7 @@ contains
     integer, intent(in) :: n
     logical, intent(in) :: add, mirrored
     !> Numbers of nodes before the blocks.
-    integer, intent(in) :: a0, b0
-    integer, intent(in) :: i(3), k(3)
+    integer, intent(in) :: a0, b0, i(3), k(3)
     real(wp), intent(in) :: value(width, width, 3)
     real(wp), intent(inout) :: block(n, 3, 3, n)
     integer :: a, b, p, rows, columns

@@ -30,8 +30,7 @@ contains
   !> other processors the library is faster.
   pure logical function is_wide(dimension, n)
     !> 2 or 3, and the number of nodes.
-    integer, intent(in) :: dimension
-    integer, intent(in) :: n
+    integer, intent(in) :: dimension, n
 
     is_wide = dimension == 3 .and. n > most_of_element
     if (is_wide) is_wide = has_avx2() == 1
@@ -42,8 +41,7 @@ contains
     !> 2 or 3.
     integer, intent(in) :: dimension
     !> Points and nodes of the largest groups.
-    integer, intent(in) :: points
-    integer, intent(in) :: nodes
+    integer, intent(in) :: points, nodes
     !> Stiffness is requested.
     logical, intent(in) :: with_tangent
     !> The work space.
@@ -67,8 +65,7 @@ contains
   !> Computes displacement gradients of points: tensor(3, 3, points).
   pure subroutine find_wide_gradients(n, points, u, gradient, wide, tensor)
     !> Number of nodes and of points.
-    integer, intent(in) :: n
-    integer, intent(in) :: points
+    integer, intent(in) :: n, points
     !> Displacement of the nodes.
     real(wp), intent(in) :: u(3, n)
     real(wp), intent(in) :: gradient(*)
@@ -92,8 +89,7 @@ contains
   !> Adds the internal forces of points.
   pure subroutine add_wide_force(n, points, weight, piola, gradient, tensor, force)
     !> Number of nodes and of points.
-    integer, intent(in) :: n
-    integer, intent(in) :: points
+    integer, intent(in) :: n, points
     !> V (points), and Q (9, points or more).
     real(wp), intent(in) :: weight(:), piola(:, :)
     real(wp), intent(in) :: gradient(*)
@@ -112,8 +108,7 @@ contains
   !> Adds the stiffness of points, a slice of them at a time.
   pure subroutine add_wide_stiffness(n, points, symmetric, first, weight, gradient, tangent, wide, block)
     !> Number of nodes and of points.
-    integer, intent(in) :: n
-    integer, intent(in) :: points
+    integer, intent(in) :: n, points
     !> All tangents are symmetric; the block is still empty.
     logical, intent(in) :: symmetric, first
     !> V.
@@ -148,8 +143,7 @@ contains
     logical, intent(in) :: symmetric
     real(wp), intent(in) :: tangent(9, 9, points)
     !> Order of the points, and number of those that are not symmetric.
-    integer, intent(out) :: order(points)
-    integer, intent(out) :: others
+    integer, intent(out) :: order(points), others
     integer :: q, last
     logical :: whole(points)
 

@@ -22,7 +22,7 @@ module qsmpm_integration
   private
 
   public :: integration_type, allocate_integration, set_group_nodes, set_basis, set_average, &
-    take_point, place_of, group_of, measure_cells
+    take_point, place_of, add_at_points, group_of, measure_cells
 
   !> Integration points in groups.
   type :: integration_type
@@ -297,4 +297,26 @@ contains
       x = x + shape(a)*node_position(space, mesh, integration%nodes(integration%node_first(group) + a - 1))
     end do
   end function position_of
+
+  !> Adds values of the material points to the nodes by their functions.
+  pure subroutine add_at_points(at_points, values, nodal)
+    !> Basis at the material points.
+    type(integration_type), intent(in) :: at_points
+    !> (components, points)
+    real(wp), intent(in) :: values(:, :)
+    !> (components, node_count)
+    real(wp), intent(inout) :: nodal(:, :)
+    integer :: g, q, a, first, place
+
+    do g = 1, at_points%group_count
+      first = at_points%node_first(g) - 1
+      do q = at_points%first(g), at_points%first(g + 1) - 1
+        place = place_of(at_points, g, q)
+        do a = 1, at_points%node_first(g + 1) - 1 - first
+          nodal(:, at_points%nodes(first + a)) = nodal(:, at_points%nodes(first + a)) &
+            + at_points%shape(place + a)*values(:, at_points%source(q))
+        end do
+      end do
+    end do
+  end subroutine add_at_points
 end module qsmpm_integration

@@ -3,7 +3,7 @@
 !> This is used for patches of cells with a common pressure (qsmpm_pressure_groups). The groups keep their order; for
 !> the assembly the only difference is that groups are larger.
 module qsmpm_merged_groups
-  use qsmpm_sorting, only: list_by_key, order_columns
+  use qsmpm_sorting, only: list_by_key
   use qsmpm_integration, only: integration_type, allocate_integration, place_of
   implicit none
   private
@@ -68,7 +68,7 @@ contains
       end do
     end do
     merged%node_first(merged%group_count + 1) = n + 1
-    allocate (merged%nodes, source=nodes(:n))
+    merged%nodes = nodes(:n)
   end subroutine merge_nodes
 
   !> Sorts the points by patch, material, group and their order there.
@@ -80,20 +80,15 @@ contains
     type(integration_type), intent(inout) :: merged
     !> Point at each position (points).
     integer, intent(out) :: taken(:)
-    integer :: key(2, size(taken)), g, q
+    integer, allocatable :: first(:), by_material(:), place(:)
+    integer :: home(size(taken)), g
 
-    allocate (merged%first(merged%group_count + 1), source=0)
-    merged%first(1) = 1
     do g = 1, size(patch)
-      do q = integration%first(g), integration%first(g + 1) - 1
-        key(:, q) = [patch(g), integration%material(q)]
-      end do
-      merged%first(patch(g) + 1) = merged%first(patch(g) + 1) + integration%first(g + 1) - integration%first(g)
+      home(integration%first(g):integration%first(g + 1) - 1) = patch(g)
     end do
-    do g = 1, merged%group_count
-      merged%first(g + 1) = merged%first(g) + merged%first(g + 1)
-    end do
-    call order_columns(key, taken)
+    call list_by_key(integration%material, maxval([0, integration%material]), first, by_material)
+    call list_by_key(home(by_material), merged%group_count, merged%first, place)
+    taken = by_material(place)
   end subroutine sort_points
 
   !> Copies the points; gradients of nodes that do not belong to the group of a point are zero. Gauss points keep their

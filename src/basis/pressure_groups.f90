@@ -97,11 +97,9 @@ contains
         key(1, n) = -nint(size_steps*log(face_size(mesh, face(1), face(2))))
       end associate
     end do
-    allocate (order(n), faces(2, n))
+    allocate (order(n))
     call order_columns(key(:, :n), order)
-    do f = 1, n
-      faces(:, f) = found(:, order(f))
-    end do
+    faces = found(:, order)
   end subroutine joinable_faces
 
   !> Length or area of a face; an approximate area for warped faces.

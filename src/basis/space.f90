@@ -14,7 +14,7 @@ module qsmpm_space
   private
 
   public :: space_type, shape_values_type, functions_at, cell_nodes_of_space, cell_block, tensor_nodes, refresh_space, &
-    value_at, node_position, node_label
+    value_at, add_at, node_position, node_label
 
   !> Largest number of functions that are not zero at a point: cubic splines in 3D.
   integer, parameter, public :: most_functions = 64
@@ -211,6 +211,21 @@ contains
       value = value + place%shape(a)*field(:, place%node(a))
     end do
   end function value_at
+
+  !> Adds a vector at a point to the nodes whose functions are nonzero there.
+  pure subroutine add_at(place, vector, field)
+    !> Functions at the point.
+    type(shape_values_type), intent(in) :: place
+    !> (components or more)
+    real(wp), intent(in) :: vector(:)
+    !> (components, node_count)
+    real(wp), intent(inout) :: field(:, :)
+    integer :: a
+
+    do a = 1, place%count
+      field(:, place%node(a)) = field(:, place%node(a)) + place%shape(a)*vector(:size(field, 1))
+    end do
+  end subroutine add_at
 
   !> Updates the grid lines of the space for a mesh that has moved.
   pure subroutine refresh_space(space, mesh)

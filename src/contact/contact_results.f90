@@ -12,7 +12,7 @@
 !> its sector, and so is one in cells wider than those for which patches are defined, because few points are in its
 !> sector.
 module qsmpm_contact_results
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_points, only: body_points_type, present_body_points, body_patch_cells => patch_cells
@@ -99,15 +99,12 @@ contains
     type(team_type), intent(in) :: team
     !> Result of this process on entry; the gap is not changed.
     type(penetration_type), intent(inout) :: found
-    integer(long) :: body(1)
     integer :: rank
 
     rank = lowest_rank(team, found%depth >= largest(team, found%depth))
-    body = found%body
     found%depth = largest(team, found%depth)
-    call spread_from(team, rank, body)
+    call spread_from(team, rank, found%body)
     call spread_from(team, rank, found%deepest)
-    found%body = int(body(1))
   end subroutine deepest_of_all
 
   !> Returns the largest or mean slip of the soil that presses on a body.
@@ -322,7 +319,6 @@ contains
     !> 0 for none.
     integer, intent(out) :: pair
     real(wp), intent(out) :: distance
-    integer(long) :: number(1)
     real(wp) :: here
     integer :: i
 
@@ -343,9 +339,7 @@ contains
     end do
     associate (team => model%part%team)
       distance = smallest(team, here)
-      number = pair
-      call spread_from(team, lowest_rank(team, here <= distance), number)
+      call spread_from(team, lowest_rank(team, here <= distance), pair)
     end associate
-    pair = int(number(1))
   end subroutine find_nearest
 end module qsmpm_contact_results

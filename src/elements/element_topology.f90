@@ -66,13 +66,9 @@ contains
     !> Local coordinates.
     real(wp) :: centre(local_dimension(kind))
 
-    centre = 0.0_wp
-    select case (linear_kind(kind))
-    case (tri3, wedge6)
-      centre(:2) = 1.0_wp/3.0_wp
-    case (tet4)
-      centre = 0.25_wp
-    end select
+    associate (n => corner_count(kind))
+      centre = sum(corner_table(:size(centre), :n, table_of(kind)), dim=2)/real(n, wp)
+    end associate
   end function local_centre
 
   !> Computes the distance of a point to each face in local measure (barycentric coordinate, or 1 -+ coordinate), in the

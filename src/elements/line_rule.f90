@@ -66,11 +66,8 @@ contains
     real(wp), allocatable, intent(out) :: points(:), weights(:)
     integer :: i
 
-    allocate (points(n), weights(n))
-    do i = 1, n
-      points(i) = real(2*i - 1 - n, wp)/real(n, wp)
-      weights(i) = 2.0_wp/real(n, wp)
-    end do
+    points = [(real(2*i - 1 - n, wp)/real(n, wp), i=1, n)]
+    weights = [(2.0_wp/real(n, wp), i=1, n)]
   end subroutine line_even
 
   !> Computes the product of a line rule with itself.

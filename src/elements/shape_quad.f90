@@ -40,7 +40,8 @@ contains
       p = corners(1, i)*local(1)
       q = corners(2, i)*local(2)
       if (present(shape)) shape(i) = 0.25_wp*(1.0_wp + p)*(1.0_wp + q)
-      if (present(gradients)) gradients(:2, i) = 0.25_wp*corners(:, i)*(1.0_wp + [q, p])
+      if (present(gradients)) gradients(1, i) = 0.25_wp*corners(1, i)*(1.0_wp + q)
+      if (present(gradients)) gradients(2, i) = 0.25_wp*corners(2, i)*(1.0_wp + p)
       if (present(second)) second(1, 2, i) = 0.25_wp*corners(1, i)*corners(2, i)
       if (nodes == 4) cycle
       a = along(i)

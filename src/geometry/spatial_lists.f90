@@ -1,7 +1,7 @@
 !> Spatial lists: places in the order of a coordinate, and items by the boxes of a uniform grid that they intersect.
 module qsmpm_spatial_lists
-  use qsmpm_kinds, only: wp
-  use qsmpm_sorting, only: list_by_key
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_sorting, only: list_by_key, order_columns
   implicit none
   private
 
@@ -9,41 +9,18 @@ module qsmpm_spatial_lists
 
 contains
 
-  !> Returns the stable increasing order of numbers (bottom-up merge sort).
+  !> Returns the stable increasing order of numbers: that of their bits as two integers, where those of negative numbers
+  !> are reversed and zero has one sign.
   pure subroutine order_rising(numbers, order)
     real(wp), intent(in) :: numbers(:)
     integer, intent(out) :: order(:)
-    integer :: run(size(order)), width, low, middle, high, i, j, k
+    integer(long), parameter :: base = 2_long**32
+    integer(long) :: bits(size(order))
 
-    order = [(i, i=1, size(order))]
-    width = 1
-    do while (width < size(order))
-      run = order
-      do low = 1, size(order), 2*width
-        middle = min(low + width, size(order) + 1)
-        high = min(low + 2*width, size(order) + 1)
-        i = low
-        j = middle
-        do k = low, high - 1
-          if (takes_first(i, j)) then
-            order(k) = run(i)
-            i = i + 1
-          else
-            order(k) = run(j)
-            j = j + 1
-          end if
-        end do
-      end do
-      width = 2*width
-    end do
-  contains
-    !> Checks whether the next item is that of the first run.
-    pure logical function takes_first(first, second)
-      integer, intent(in) :: first, second
-
-      takes_first = second >= high
-      if (first < middle .and. second < high) takes_first = .not. numbers(run(second)) < numbers(run(first))
-    end function takes_first
+    bits = transfer(merge(numbers, 0.0_wp, abs(numbers) > 0.0_wp), bits)
+    bits = merge(ieor(bits, huge(bits)), bits, bits < 0)
+    call order_columns(reshape(int([shifta(bits, 32), modulo(bits, base) - base/2]), [2, size(order)], order=[2, 1]), &
+      order)
   end subroutine order_rising
 
   !> Lists the items of each box: item(first(b):first(b + 1) - 1), increasing, b the number of the box.

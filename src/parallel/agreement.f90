@@ -33,8 +33,7 @@ contains
     type(team_type), intent(in) :: team
     type(error_type), allocatable, intent(inout) :: error
     character(len=:), allocatable :: message
-    integer(long) :: code(1)
-    integer :: rank
+    integer :: code, rank
 
     if (team%ranks == 1) return
     rank = lowest_rank(team, allocated(error))
@@ -47,7 +46,7 @@ contains
     end if
     call spread_text(team, rank, message)
     call spread_from(team, rank, code)
-    call fail(error, int(code(1)), message)
+    call fail(error, code, message)
   end subroutine agree
 
   !> Sends a text of one process to all.

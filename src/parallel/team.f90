@@ -122,7 +122,7 @@ module qsmpm_team
       !> The same number on all ranks.
       integer(long), contiguous, intent(inout) :: values(:)
     end subroutine spread_longs
-    procedure :: spread_reals
+    procedure :: spread_reals, spread_number
   end interface spread_from
 
   !> Exchanges rows between all processes (all-to-all).
@@ -162,6 +162,17 @@ contains
     call spread_longs(team, rank, bits)
     values = transfer(bits, values)
   end subroutine spread_reals
+
+  subroutine spread_number(team, rank, number)
+    type(team_type), intent(in) :: team
+    integer, intent(in) :: rank
+    integer, intent(inout) :: number
+    integer(long) :: values(1)
+
+    values = number
+    call spread_longs(team, rank, values)
+    number = int(values(1))
+  end subroutine spread_number
 
   subroutine hand_over_reals(team, mine, first, theirs, first_theirs)
     type(team_type), intent(in) :: team

@@ -53,17 +53,26 @@ contains
     type(seed_list_type), intent(inout) :: list
     !> 2 or 3.
     integer, intent(in) :: dimension
-    integer :: room
+    type(seed_list_type) :: longer
+    integer :: room, n
 
-    if (.not. allocated(list%cell)) allocate (list%cell(0), list%body(0), list%found_in(0), &
-      list%local(dimension, 0), list%volume(0), list%vector(dimension, 0))
-    if (list%count < size(list%cell)) return
-    room = max(256, 2*list%count)
-    list%cell = reshape(list%cell, [room], pad=[0])
-    list%body = reshape(list%body, [room], pad=[0])
-    list%found_in = reshape(list%found_in, [room], pad=[0])
-    list%local = reshape(list%local, [dimension, room], pad=[0.0_wp])
-    list%volume = reshape(list%volume, [room], pad=[0.0_wp])
-    list%vector = reshape(list%vector, [dimension, room], pad=[0.0_wp])
+    n = list%count
+    if (allocated(list%cell)) then
+      if (n < size(list%cell)) return
+    end if
+    room = max(256, 2*n)
+    allocate (longer%cell(room), longer%body(room), longer%found_in(room), longer%local(dimension, room), &
+      longer%volume(room), longer%vector(dimension, room))
+    if (n > 0) then
+      longer%cell(:n) = list%cell
+      longer%body(:n) = list%body
+      longer%found_in(:n) = list%found_in
+      longer%local(:, :n) = list%local
+      longer%volume(:n) = list%volume
+      longer%vector(:, :n) = list%vector
+    end if
+    longer%count = n
+    longer%searched = list%searched
+    list = longer
   end subroutine make_room
 end module qsmpm_seed_list

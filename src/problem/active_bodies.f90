@@ -9,7 +9,8 @@ module qsmpm_active_bodies
   implicit none
   private
 
-  public :: bodies_active, body_materials, materials_active, bodies_named, body_number, has_stages, leaves_cells
+  public :: bodies_active, body_materials, active_materials, materials_active, bodies_named, body_number, has_stages, &
+    leaves_cells
 
 contains
 
@@ -55,6 +56,17 @@ contains
     end do
   end function body_materials
 
+  !> Returns the material number of each body that is active during a phase, 0 for the others.
+  pure function active_materials(analysis, phase) result(number)
+    type(analysis_type), intent(in) :: analysis
+    !> Number of the phase.
+    integer, intent(in) :: phase
+    !> (bodies)
+    integer :: number(size(analysis%bodies))
+
+    number = merge(body_materials(analysis, phase), 0, bodies_active(analysis, phase))
+  end function active_materials
+
   !> Returns whether each material is that of a body which is active during a phase.
   pure function materials_active(analysis, phase) result(active)
     type(analysis_type), intent(in) :: analysis
@@ -62,15 +74,10 @@ contains
     integer, intent(in) :: phase
     !> (materials)
     logical :: active(size(analysis%materials))
-    logical :: there(size(analysis%bodies))
-    integer :: number(size(analysis%bodies)), b
+    integer :: number(size(analysis%bodies)), m
 
-    there = bodies_active(analysis, phase)
-    number = body_materials(analysis, phase)
-    active = .false.
-    do b = 1, size(number)
-      if (there(b) .and. number(b) > 0) active(number(b)) = .true.
-    end do
+    number = active_materials(analysis, phase)
+    active = [(any(number == m), m=1, size(active))]
   end function materials_active
 
   !> Returns whether each body is in a list of changes.

@@ -25,7 +25,6 @@ module qsmpm_band_solver
     procedure :: analyse_pattern
     procedure :: factorise_values
     procedure :: solve_factorised
-    procedure :: release
   end type band_solver_type
 
   interface
@@ -89,6 +88,7 @@ contains
 
     integer :: rows, status
 
+    if (allocated(self%band)) deallocate (self%band, self%exchanged)
     self%half = bandwidth(matrix)
     rows = 3*self%half + 1
     if (self%symmetric) rows = self%half + 1
@@ -216,13 +216,4 @@ contains
     if (info /= 0) call fail(error, error_other, 'LAPACK refused the band solve')
     x = work(:, 1)
   end subroutine solve_factorised
-
-  !> Frees the band.
-  subroutine release(self)
-    class(band_solver_type), intent(inout) :: self
-
-    if (allocated(self%band)) deallocate (self%band)
-    if (allocated(self%exchanged)) deallocate (self%exchanged)
-    self%half = 0
-  end subroutine release
 end module qsmpm_band_solver

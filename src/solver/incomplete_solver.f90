@@ -35,7 +35,6 @@ module qsmpm_incomplete_solver
     procedure :: analyse_pattern
     procedure :: factorise_values
     procedure :: solve_factorised
-    procedure :: release
   end type incomplete_solver_type
 
 contains
@@ -61,6 +60,7 @@ contains
 
     integer :: i, k, entry_count
 
+    if (allocated(self%first)) deallocate (self%first, self%column, self%middle, self%factor, self%pivot)
     allocate (self%first(matrix%n + 1), self%middle(matrix%n), self%pivot(matrix%n))
     allocate (self%column(matrix%row_first(matrix%n + 1) - 1))
     entry_count = 0
@@ -255,13 +255,4 @@ contains
       if (.not. self%symmetric) x(i) = total*self%pivot(i)
     end do
   end subroutine solve_factorised
-
-  !> Frees the factors.
-  subroutine release(self)
-    class(incomplete_solver_type), intent(inout) :: self
-
-    if (.not. allocated(self%first)) return
-    deallocate (self%first, self%column, self%middle, self%factor, self%pivot)
-    self%shift = 0.0_wp
-  end subroutine release
 end module qsmpm_incomplete_solver

@@ -154,12 +154,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: joint_labels(:)
     logical :: own(size(joint%owner))
-    integer(long) :: kind(1)
 
     own = joint%owner == team%rank
-    kind = kind_for(system, joint%choice)
-    call spread_from(team, 0, kind)
-    joint%equations%solver_kind = int(kind(1))
+    joint%equations%solver_kind = kind_for(system, joint%choice)
+    call spread_from(team, 0, joint%equations%solver_kind)
     joint%equations%symmetric = equations%symmetric
     call collect_graph(joint, team, equations, joint%labels, own, joint%own_places, joint_labels, error)
     call agree(team, error)

@@ -65,8 +65,8 @@ module qsmpm_linear_solver
     procedure(matrix_interface), deferred :: analyse_pattern
     procedure(matrix_interface), deferred :: factorise_values
     procedure(solve_interface), deferred :: solve_factorised
-    procedure :: forget => forget_nothing
-    procedure(release_interface), deferred :: release
+    procedure :: forget => free_nothing
+    procedure :: release => free_nothing
   end type linear_solver_type
 
   abstract interface
@@ -87,20 +87,16 @@ module qsmpm_linear_solver
       real(wp), intent(out) :: x(:)
       type(error_type), allocatable, intent(out) :: error
     end subroutine solve_interface
-
-    !> Frees all handles and memory; allowed at any time and repeatedly.
-    subroutine release_interface(self)
-      import :: linear_solver_type
-      class(linear_solver_type), intent(inout) :: self
-    end subroutine release_interface
   end interface
 
 contains
 
-  !> Frees data of a factorisation that are not used again; a solver with large data may free them before the next one.
-  subroutine forget_nothing(self)
+  !> `forget` frees data of a factorisation that are not used again, where a solver with large data may do so before the
+  !> next one. `release` frees handles and memory that the next analysis or the end of the solver does not free; it is
+  !> allowed at any time and repeatedly. Nothing, unless extended.
+  subroutine free_nothing(self)
     class(linear_solver_type), intent(inout) :: self
-  end subroutine forget_nothing
+  end subroutine free_nothing
 
   !> Analyses a pattern; previous analyses and factorisations are discarded.
   subroutine analyse(self, matrix, error)
@@ -220,12 +216,6 @@ contains
     call self%release()
     self%analysed = .false.
     self%factorised = .false.
-    self%indefinite = .false.
-    self%negative_pivots = -1
-    self%factor_nonzeros = 0
-    self%factor_operations = 0.0_wp
-    self%n = 0
-    self%entry_count = 0
   end subroutine destroy
 
   !> Returns the minimum ratio of a pivot to the entries from which it results. The round-off of cancelling pivots

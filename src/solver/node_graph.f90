@@ -7,7 +7,7 @@ module qsmpm_node_graph
   implicit none
   private
 
-  public :: connectivity_type, append_patches, list_places, node_graph, node_distance
+  public :: connectivity_type, lay_lists, append_list, append_patches, list_places, node_graph, node_distance
 
   !> Lists of nodes in compressed rows.
   type :: connectivity_type
@@ -16,6 +16,31 @@ module qsmpm_node_graph
   end type connectivity_type
 
 contains
+
+  !> Allocates node lists of given lengths.
+  pure subroutine lay_lists(lengths, connectivity)
+    !> (lists)
+    integer, intent(in) :: lengths(:)
+    type(connectivity_type), intent(out) :: connectivity
+    integer :: k
+
+    connectivity%count = size(lengths)
+    allocate (connectivity%first(size(lengths) + 1), source=1)
+    do k = 1, size(lengths)
+      connectivity%first(k + 1) = connectivity%first(k) + lengths(k)
+    end do
+    allocate (connectivity%nodes(sum(lengths)))
+  end subroutine lay_lists
+
+  !> Appends a node list.
+  pure subroutine append_list(connectivity, nodes)
+    type(connectivity_type), intent(inout) :: connectivity
+    integer, intent(in) :: nodes(:)
+
+    connectivity%nodes = [connectivity%nodes, nodes]
+    connectivity%first = [connectivity%first, size(connectivity%nodes) + 1]
+    connectivity%count = connectivity%count + 1
+  end subroutine append_list
 
   !> Appends node lists to others.
   pure subroutine append_patches(connectivity, more)

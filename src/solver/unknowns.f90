@@ -9,8 +9,8 @@ module qsmpm_unknowns
   implicit none
   private
 
-  public :: nodal_field_type, unknowns_type, add_field, find_field, joint_node, own_node, most_components, all_nodes, &
-    fields_of_equations, join_constraints, put_values, values_of
+  public :: nodal_field_type, unknowns_type, add_field, find_field, joint_node, column_of, own_node, most_components, &
+    all_nodes, fields_of_equations, join_constraints, put_values, values_of
 
   !> A nodal field.
   type :: nodal_field_type
@@ -65,6 +65,16 @@ contains
 
     joint_node = sum(unknowns%fields(:field - 1)%node_count) + node
   end function joint_node
+
+  !> Returns the column of a node of a field from its name, 0 where there is no such field.
+  pure integer function column_of(unknowns, node, name) result(column)
+    type(unknowns_type), intent(in) :: unknowns
+    integer, intent(in) :: node
+    character(len=*), intent(in) :: name
+
+    column = find_field(unknowns, name)
+    if (column > 0) column = joint_node(unknowns, node, column)
+  end function column_of
 
   !> Returns the node of a column in its field.
   elemental integer function own_node(unknowns, column)

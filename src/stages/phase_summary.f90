@@ -3,7 +3,7 @@
 !> pressures on surfaces.
 module qsmpm_phase_summary
   use qsmpm_kinds, only: wp
-  use qsmpm_active_bodies, only: bodies_active, body_materials, has_stages
+  use qsmpm_active_bodies, only: active_materials, has_stages
   use qsmpm_material_description, only: weight_at
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_structures, only: rigid_plane, rigid_circle, rigid_box, rigid_cone
@@ -74,17 +74,15 @@ contains
   subroutine take_bodies(model, number)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: number
-    logical :: active(size(model%analysis%bodies))
     integer :: material(size(model%analysis%bodies)), p, i
 
     if (.not. has_stages(model%analysis)) return
-    active = bodies_active(model%analysis, number)
-    material = body_materials(model%analysis, number)
+    material = active_materials(model%analysis, number)
     associate (points => model%state%points, surface => model%state%surface)
       call append_points(model%state%inactive%points, points)
       call append_points(model%state%inactive%surface, surface)
-      call keep_chosen(points, pack([(i, i=1, points%count)], active(points%body)))
-      call keep_chosen(surface, pack([(i, i=1, surface%count)], active(surface%body)))
+      call keep_chosen(points, pack([(i, i=1, points%count)], material(points%body) > 0))
+      call keep_chosen(surface, pack([(i, i=1, surface%count)], material(surface%body) > 0))
       do p = 1, points%count
         points%material(p) = material(points%body(p))
         points%weight(p) = weight_at(model%analysis%materials(points%material(p)), points%initial_position(:, p)) &

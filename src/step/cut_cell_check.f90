@@ -11,7 +11,7 @@
 !> times the integral. At a surface without load its weight is as small as the stress there. In axisymmetry the radial
 !> stress is used in place of the hoop stress. Figures: docs/methods/bodies.md.
 module qsmpm_cut_cell_check
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
   use qsmpm_method_description, only: integrate_cells
   use qsmpm_configuration, only: configuration_type
@@ -21,7 +21,7 @@ module qsmpm_cut_cell_check
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
-  use qsmpm_space, only: shape_values_type, functions_at, node_position
+  use qsmpm_space, only: shape_values_type, functions_at, add_at, node_position
   use qsmpm_body_quadrature, only: body_quadrature_type
   use qsmpm_outlines, only: find_bodies, flows
   use qsmpm_outline_surfaces, only: seed_outlines
@@ -149,15 +149,13 @@ contains
     real(wp), intent(out) :: sums(:, :)
     type(seed_list_type) :: list
     type(shape_values_type) :: place
-    integer :: i, a
+    integer :: i
 
     sums = 0.0_wp
     call seed_outlines(model, bodies, list)
     do i = 1, list%count
       call functions_at(model%space, model%mesh, list%cell(i), list%local(:, i), place)
-      do a = 1, place%count
-        sums(:, place%node(a)) = sums(:, place%node(a)) + place%shape(a)*list%vector(:, i)
-      end do
+      call add_at(place, list%vector(:, i), sums)
     end do
   end subroutine integrate_outlines
 
@@ -238,7 +236,6 @@ contains
     !> (dimension)
     real(wp), intent(in) :: place(:)
     real(wp) :: distance, least
-    integer(long) :: nearest(1)
     integer :: p, body
 
     is_curable = .false.
@@ -252,11 +249,10 @@ contains
       least = distance
       body = model%state%points%body(p)
     end do
-    nearest = body
     associate (team => model%part%team)
-      call spread_from(team, min(team%ranks - 1, lowest_rank(team, least <= smallest(team, least))), nearest)
+      call spread_from(team, min(team%ranks - 1, lowest_rank(team, least <= smallest(team, least))), body)
     end associate
-    if (nearest(1) > 0) is_curable = .not. any_of(model%part%team, flows(model, int(nearest(1))))
+    if (body > 0) is_curable = .not. any_of(model%part%team, flows(model, body))
   end function is_curable
 
   !> Returns the level at which a ratio is reported.

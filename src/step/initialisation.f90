@@ -182,12 +182,11 @@ contains
     subroutine choose_kind(constrained)
       !> Constrained components (dimension, nodes).
       logical, intent(in) :: constrained(:, :)
-      integer(long) :: kind(1), own_equations
+      integer(long) :: own_equations
       logical :: active(size(constrained, 2))
 
-      kind = kind_for(step%system, solver_choice(model))
-      call spread_from(step%team, 0, kind)
-      step%equations%solver_kind = int(kind(1))
+      step%equations%solver_kind = kind_for(step%system, solver_choice(model))
+      call spread_from(step%team, 0, step%equations%solver_kind)
       if (step%team%ranks == 1) return
       active = .false.
       active(connectivity%nodes) = .true.

@@ -21,7 +21,7 @@
 !> The module also evaluates the result of a solution: whether the length of the step is acceptable, the work of its
 !> load, reactions and work, and the places of the largest residual and of the largest share of the stabilisation.
 module qsmpm_load_step
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: agree, any_of, joint_norm, lowest_rank
   use qsmpm_phase_description, only: controls_type
   use qsmpm_convection, only: convect, longest_move, update_in_place
@@ -516,7 +516,6 @@ contains
     !> Result of the solution.
     type(solution_type), intent(inout) :: solution
     real(wp) :: worst
-    integer(long) :: label(1)
     integer :: node, rank
 
     node = max(1, solution%worst_node)
@@ -525,10 +524,8 @@ contains
     worst = largest(model%part%team, solution%worst_size)
     rank = lowest_rank(model%part%team, solution%worst_size >= worst)
     if (rank == model%part%team%ranks) return
-    label = solution%worst_label
-    call spread_from(model%part%team, rank, label)
+    call spread_from(model%part%team, rank, solution%worst_label)
     call spread_from(model%part%team, rank, solution%worst_place)
-    solution%worst_label = int(label(1))
   end subroutine name_worst_node
 
   !> Finds the place where the stabilisation has the largest share of the forces.

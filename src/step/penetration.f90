@@ -6,7 +6,7 @@
 !> On a body the contact condition holds for the mean over a patch, and where soil closes behind the body single points
 !> would gradually enter it. They are moved back onto the outline along its normal; only their position is corrected.
 module qsmpm_penetration
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_contact_results, only: penetration_type, deepest_point
   use qsmpm_error, only: error_type, fail, error_not_converged
@@ -118,7 +118,6 @@ contains
     type(distance_type) :: distance
     character(len=80) :: buffer
     real(wp) :: place(model%mesh%dimension)
-    integer(long) :: pair(1)
     logical :: folds
     integer :: i, k, rank
 
@@ -141,14 +140,13 @@ contains
     associate (team => model%part%team)
       rank = lowest_rank(team, folds)
       if (rank == team%ranks) return
-      pair = k
-      call spread_from(team, rank, pair)
+      call spread_from(team, rank, k)
       call spread_from(team, rank, place)
     end associate
     check%reported_fold = .true.
     write (buffer, '(3(1x,es11.4))') place
     call observer%note("warning: the surface of the soil is folded at rigid body '"//model%analysis%rigid_bodies( &
-      model%contact_pairs(int(pair(1)))%body)%name//"' at "//trim(adjustl(buffer))//': the pressure there is not '// &
+      model%contact_pairs(k)%body)%name//"' at "//trim(adjustl(buffer))//': the pressure there is not '// &
       'reliable; ON=BODY enforces contact on the body itself')
   end subroutine warn_of_fold
 

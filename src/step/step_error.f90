@@ -66,17 +66,10 @@ contains
     integration => integration_of(soil, step%configuration_type)
     call halve(model%laws, halved)
     whole%step_info = soil%evaluation%step_info
-    walk%step_info = soil%evaluation%step_info
     whole%lasting = soil%evaluation%lasting
-    walk%lasting = soil%evaluation%lasting
-    if (allocated(soil%evaluation%pressure_offset)) then
-      whole%pressure_offset = soil%evaluation%pressure_offset
-      walk%pressure_offset = soil%evaluation%pressure_offset
-    end if
-    if (allocated(soil%evaluation%field)) then
-      whole%field = soil%evaluation%field
-      walk%field = soil%evaluation%field
-    end if
+    if (allocated(soil%evaluation%pressure_offset)) whole%pressure_offset = soil%evaluation%pressure_offset
+    if (allocated(soil%evaluation%field)) whole%field = soil%evaluation%field
+    walk = whole
     associate (u => displacement(:model%mesh%dimension, :model%space%node_count))
       call walk_along(integration, model, model%laws, u, whole)
       call walk_along(integration, model, halved, u, walk)

@@ -4,7 +4,7 @@
 !> The constant-load test verifies equilibrium: the load is held constant, the mesh reset and the step solved again a
 !> number of times; the growth of the first history is reported and the state restored.
 module qsmpm_stepping
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: phase_type, controls_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_agreement, only: any_of
@@ -49,7 +49,6 @@ contains
     !> Error that ends the run; the state is then that before the step, too.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
-    integer(long) :: failed(1)
 
     call begin_step(step%system, model%state%progress%failed_solvers)
     before = model%state
@@ -62,9 +61,8 @@ contains
     if (.not. outcome%accepted) then
       call restore(before, model)
     else
-      failed = failures(step%system)
-      call spread_from(model%part%team, 0, failed)
-      model%state%progress%failed_solvers = int(failed(1))
+      model%state%progress%failed_solvers = failures(step%system)
+      call spread_from(model%part%team, 0, model%state%progress%failed_solvers)
     end if
   end subroutine take_step
 

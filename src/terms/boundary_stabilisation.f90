@@ -26,19 +26,19 @@ module qsmpm_boundary_stabilisation
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type, append_patches
   use qsmpm_own_part, only: is_divided
-  use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force, most_nodes
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force, pair_cells
   use qsmpm_ring_exchange, only: learn_cell_values
   use qsmpm_space, only: space_type, cell_nodes_of_space, most_functions, shape_values_type, functions_at
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_spline_ghost, only: build_spline_ghost
-  use qsmpm_term, only: term_type, increment_type, force_sizes_type, role_numerical
-  use qsmpm_term_share, only: solve_share_type, share_of_cells, stabilisation_share
+  use qsmpm_term, only: term_type, increment_type, force_sizes_type
+  use qsmpm_term_share, only: solve_share_type, share_of_cells
   use qsmpm_element, only: full_rule, gauss_rule
   use qsmpm_mesh_measure, only: cell_centre
   implicit none
   private
 
-  public :: new_boundary_stabilisation, build_penalty, build_background
+  public :: stabilisation_type, build_penalty, build_background
 
   type, extends(term_type) :: stabilisation_type
     type(penalty_matrices_type) :: penalty
@@ -52,16 +52,6 @@ module qsmpm_boundary_stabilisation
   end type stabilisation_type
 
 contains
-
-  !> Allocates the term.
-  subroutine new_boundary_stabilisation(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (stabilisation_type :: term)
-    term%name = 'force of the stabilisation'
-    term%role = role_numerical
-    term%share_name = stabilisation_share
-  end subroutine new_boundary_stabilisation
 
   !> Builds the chosen penalty on the boundary cells of this step; FEM has none.
   subroutine prepare(self, model, configuration)
@@ -123,7 +113,7 @@ contains
       if (space%tensor) then
         call build_spline_ghost(mesh, space, activation, factor, stiffness, near, penalty)
       else
-        call build_element_ghost(mesh, activation, factor, stiffness, volumes, near, penalty)
+        call build_element_ghost(mesh, space, activation, factor, stiffness, volumes, near, penalty)
       end if
     end select
   end subroutine build_penalty
@@ -234,16 +224,14 @@ contains
     type(penalty_matrices_type), intent(inout) :: stabilisation
     integer, allocatable :: cells(:), roots(:)
     logical, allocatable :: wanted(:)
-    integer :: k, n
+    integer :: k
 
     cells = pack(activation%active_cell, activation%boundary .and. (space%tensor .or. activation%fill < whole_fill))
     roots = [(root_of(cells(k)), k=1, size(cells))]
     wanted = near(cells) .or. near(roots)
     cells = pack(cells, wanted)
     roots = pack(roots, wanted)
-    call patches_of_cells(cells, roots, stabilisation%connectivity)
-    n = most_nodes(stabilisation%connectivity)
-    allocate (stabilisation%matrix(n, n, size(cells)), source=0.0_wp)
+    call pair_cells(mesh, space, cells, roots, stabilisation)
     do k = 1, size(cells)
       associate (from => stabilisation%connectivity%first(k), to => stabilisation%connectivity%first(k + 1) - 1)
         call cell_matrix(cells(k), roots(k), factor*stiffness(activation%active_number(cells(k))), &
@@ -325,32 +313,6 @@ contains
         call full_rule(mesh%cell_kind(cell), places, weights)
       end if
     end subroutine rule_of
-
-    !> Collects the nodes of cells and of their roots, each once, as patches.
-    pure subroutine patches_of_cells(cells, roots, connectivity)
-      !> Cells in ascending order, and their roots.
-      integer, intent(in) :: cells(:), roots(:)
-      !> Lists of coupled nodes.
-      type(connectivity_type), intent(out) :: connectivity
-      integer :: nodes(most_functions), k, n, last, a
-
-      connectivity%count = size(cells)
-      allocate (connectivity%first(size(cells) + 1), connectivity%nodes(2*most_functions*size(cells)))
-      connectivity%first(1) = 1
-      do k = 1, size(cells)
-        call cell_nodes_of_space(space, mesh, cells(k), nodes, n)
-        last = connectivity%first(k) + n - 1
-        connectivity%nodes(connectivity%first(k):last) = nodes(:n)
-        call cell_nodes_of_space(space, mesh, roots(k), nodes, n)
-        do a = 1, n
-          if (any(connectivity%nodes(connectivity%first(k):last) == nodes(a))) cycle
-          last = last + 1
-          connectivity%nodes(last) = nodes(a)
-        end do
-        connectivity%first(k + 1) = last + 1
-      end do
-      connectivity%nodes = connectivity%nodes(:connectivity%first(size(cells) + 1) - 1)
-    end subroutine patches_of_cells
   end subroutine build_background
 
   !> Adds the gradients at a place, multiplied by a factor, to those of the nodes of a patch.

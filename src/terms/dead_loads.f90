@@ -9,18 +9,18 @@ module qsmpm_dead_loads
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
   use qsmpm_point_location, only: activation_type
-  use qsmpm_integration, only: integration_type, place_of
+  use qsmpm_integration, only: add_at_points
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
   use qsmpm_point_forces, only: point_forces
   use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_sorting, only: place_in_order
-  use qsmpm_space, only: shape_values_type
-  use qsmpm_term, only: term_type, role_external
+  use qsmpm_space, only: shape_values_type, add_at
+  use qsmpm_term, only: term_type
   implicit none
   private
 
-  public :: new_dead_loads
+  public :: dead_loads_type
 
   type, extends(term_type) :: dead_loads_type
     !> Applied nodal forces (dimension, nodes).
@@ -33,15 +33,6 @@ module qsmpm_dead_loads
   end type dead_loads_type
 
 contains
-
-  !> Allocates the term.
-  subroutine new_dead_loads(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (dead_loads_type :: term)
-    term%name = 'load'
-    term%role = role_external
-  end subroutine new_dead_loads
 
   !> Sets the loads to zero.
   subroutine prepare(self, model, configuration)
@@ -61,7 +52,7 @@ contains
     real(wp), intent(in) :: fraction
 
     self%force = 0.0_wp
-    call add_weight(configuration%at_points, point_forces(model, fraction), self%force)
+    call add_at_points(configuration%at_points, point_forces(model, fraction), self%force)
     self%force = self%force + still_held(model, fraction)*model%state%released
     if (size(model%loading%carrier) == 0) return
     call add_surface_tractions(model, configuration%activation, fraction, self%force)
@@ -95,27 +86,6 @@ contains
     share = max(1.0_wp - fraction, model%state%progress%release_left)
   end function still_held
 
-  !> Adds the forces of the material points to the nodes.
-  subroutine add_weight(at_points, of_points, force)
-    type(integration_type), intent(in) :: at_points
-    !> (dimension, points)
-    real(wp), intent(in) :: of_points(:, :)
-    !> Force (dimension, node_count).
-    real(wp), intent(inout) :: force(:, :)
-    integer :: g, q, a, first, place
-
-    do g = 1, at_points%group_count
-      first = at_points%node_first(g) - 1
-      do q = at_points%first(g), at_points%first(g + 1) - 1
-        place = place_of(at_points, g, q)
-        do a = 1, at_points%node_first(g + 1) - 1 - first
-          force(:, at_points%nodes(first + a)) = force(:, at_points%nodes(first + a)) &
-            + at_points%shape(place + a)*of_points(:, at_points%source(q))
-        end do
-      end do
-    end do
-  end subroutine add_weight
-
   !> Adds dead tractions and the reactions of released supports on surface points.
   subroutine add_surface_tractions(model, activation, fraction, force)
     type(model_type), intent(in) :: model
@@ -138,7 +108,7 @@ contains
         if (model%loading%carrier(s) == carrier_surface) traction = surface%area(i)*between( &
           model%loading%traction_start(:, s), model%loading%traction_final(:, s), fraction)
         traction(:d) = traction(:d) + still_held(model, fraction)*surface%released(:, i)
-        call spread_force(place, traction, force)
+        call add_at(place, traction, force)
       end do
     end associate
   end subroutine add_surface_tractions
@@ -170,22 +140,7 @@ contains
       call basis_at(model%mesh, model%space, activation, model%state%points, model%state%points, p, place)
       traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
         fraction)*model%carrying_area(i)
-      call spread_force(place, traction, force)
+      call add_at(place, traction, force)
     end do
   end subroutine add_carried_tractions
-
-  !> Distributes a force to the nodes whose functions are nonzero at a place.
-  pure subroutine spread_force(place, vector, force)
-    !> The functions at the place.
-    type(shape_values_type), intent(in) :: place
-    !> The force (3).
-    real(wp), intent(in) :: vector(:)
-    !> Force (dimension, node_count).
-    real(wp), intent(inout) :: force(:, :)
-    integer :: a
-
-    do a = 1, place%count
-      force(:, place%node(a)) = force(:, place%node(a)) + place%shape(a)*vector(:size(force, 1))
-    end do
-  end subroutine spread_force
 end module qsmpm_dead_loads

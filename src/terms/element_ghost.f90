@@ -9,8 +9,8 @@ module qsmpm_element_ghost
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_point_location, only: activation_type, whole_fill
-  use qsmpm_node_graph, only: connectivity_type
-  use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
+  use qsmpm_space, only: space_type
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, pair_cells
   implicit none
   private
 
@@ -19,15 +19,17 @@ module qsmpm_element_ghost
 contains
 
   !> Builds the ghost penalty on the faces of boundary cells.
-  subroutine build_element_ghost(mesh, activation, factor, stiffness, volumes, near, stabilisation)
+  subroutine build_element_ghost(mesh, space, activation, factor, stiffness, volumes, near, stabilisation)
     type(mesh_type), intent(in) :: mesh
+    type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     real(wp), intent(in) :: factor, stiffness(:), volumes(:)
     !> Cells whose faces are penalised (cell_count).
     logical, intent(in) :: near(:)
     !> The stabilisation terms.
     type(penalty_matrices_type), intent(inout) :: stabilisation
-    integer :: i, k, one, two, n
+    integer, allocatable :: faces(:)
+    integer :: i, one, two
     logical :: penalised(size(mesh%interior_face, 2))
 
     penalised = near(mesh%interior_face(1, :)) .or. near(mesh%interior_face(3, :))
@@ -39,52 +41,17 @@ contains
       if (penalised(i)) penalised(i) = any(activation%boundary([one, two]) .and. &
         activation%fill([one, two]) < whole_fill)
     end do
-    call patches_of_faces(mesh, pack([(i, i=1, size(penalised))], penalised), stabilisation%connectivity)
-    n = most_nodes(stabilisation%connectivity)
-    allocate (stabilisation%matrix(n, n, stabilisation%connectivity%count), source=0.0_wp)
-    k = 0
-    do i = 1, size(penalised)
-      if (.not. penalised(i)) cycle
-      k = k + 1
-      one = activation%active_number(mesh%interior_face(1, i))
-      two = activation%active_number(mesh%interior_face(3, i))
-      call face_penalty(mesh, mesh%interior_face(:, i), volumes, &
-        factor*min(stiffness(one), stiffness(two)), &
-        stabilisation%connectivity%nodes(stabilisation%connectivity%first(k): &
-          stabilisation%connectivity%first(k + 1) - 1), &
-        stabilisation%matrix(:, :, k))
+    faces = pack([(i, i=1, size(penalised))], penalised)
+    call pair_cells(mesh, space, mesh%interior_face(1, faces), mesh%interior_face(3, faces), stabilisation)
+    do i = 1, size(faces)
+      one = activation%active_number(mesh%interior_face(1, faces(i)))
+      two = activation%active_number(mesh%interior_face(3, faces(i)))
+      associate (from => stabilisation%connectivity%first(i), to => stabilisation%connectivity%first(i + 1) - 1)
+        call face_penalty(mesh, mesh%interior_face(:, faces(i)), volumes, factor*min(stiffness(one), stiffness(two)), &
+          stabilisation%connectivity%nodes(from:to), stabilisation%matrix(:, :, i))
+      end associate
     end do
   end subroutine build_element_ghost
-
-  !> Collects the nodes of the two cells at a face, each once, as patches.
-  pure subroutine patches_of_faces(mesh, faces, connectivity)
-    type(mesh_type), intent(in) :: mesh
-    !> Cell and local face, (2,n).
-    integer, intent(in) :: faces(:)
-    !> Lists of coupled nodes.
-    type(connectivity_type), intent(out) :: connectivity
-    integer :: k, c, d, j, place, nodes(40*size(faces))
-
-    connectivity%count = size(faces)
-    allocate (connectivity%first(size(faces) + 1))
-    place = 0
-    connectivity%first(1) = 1
-    do k = 1, size(faces)
-      c = mesh%interior_face(1, faces(k))
-      d = mesh%interior_face(3, faces(k))
-      do j = mesh%cell_first(c), mesh%cell_first(c + 1) - 1
-        place = place + 1
-        nodes(place) = mesh%cell_nodes(j)
-      end do
-      do j = mesh%cell_first(d), mesh%cell_first(d + 1) - 1
-        if (any(nodes(connectivity%first(k):place) == mesh%cell_nodes(j))) cycle
-        place = place + 1
-        nodes(place) = mesh%cell_nodes(j)
-      end do
-      connectivity%first(k + 1) = place + 1
-    end do
-    connectivity%nodes = nodes(:place)
-  end subroutine patches_of_faces
 
   !> Computes the penalty matrix of one face.
   subroutine face_penalty(mesh, face, volumes, factor, nodes, matrix)

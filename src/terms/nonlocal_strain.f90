@@ -23,7 +23,7 @@ module qsmpm_nonlocal_strain
   use qsmpm_law, only: field_coupling_type, law_slot_type
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_node_graph, only: connectivity_type, lay_lists
   use qsmpm_nonlocal_field, only: nonlocal_field
   use qsmpm_points, only: points_type
   use qsmpm_small_strain, only: turn_coupling
@@ -66,14 +66,7 @@ contains
       [(any([(has_field(model%laws, integration, g, q), q=integration%first(g), integration%first(g + 1) - 1)]), &
       g=1, integration%group_count)])
     associate (graph => nonlocal%connectivity)
-      graph%count = size(nonlocal%group)
-      allocate (graph%first(graph%count + 1))
-      graph%first(1) = 1
-      do i = 1, graph%count
-        g = nonlocal%group(i)
-        graph%first(i + 1) = graph%first(i) + 2*(integration%node_first(g + 1) - integration%node_first(g))
-      end do
-      allocate (graph%nodes(graph%first(graph%count + 1) - 1))
+      call lay_lists(2*(integration%node_first(nonlocal%group + 1) - integration%node_first(nonlocal%group)), graph)
       do i = 1, graph%count
         g = nonlocal%group(i)
         n = integration%node_first(g + 1) - integration%node_first(g)

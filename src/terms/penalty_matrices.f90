@@ -2,11 +2,13 @@
 !> components.
 module qsmpm_penalty_matrices
   use qsmpm_kinds, only: wp
+  use qsmpm_mesh, only: mesh_type
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_space, only: space_type, cell_nodes_of_space, most_functions
   implicit none
   private
 
-  public :: penalty_matrices_type, add_penalty_force, most_nodes
+  public :: penalty_matrices_type, add_penalty_force, pair_cells, clear_matrices
 
   type :: penalty_matrices_type
     type(connectivity_type) :: connectivity
@@ -15,6 +17,45 @@ module qsmpm_penalty_matrices
   end type penalty_matrices_type
 
 contains
+
+  !> Lists the nodes of pairs of cells, each once, as patches with matrices of zero.
+  pure subroutine pair_cells(mesh, space, cells, others, penalty)
+    type(mesh_type), intent(in) :: mesh
+    type(space_type), intent(in) :: space
+    !> The two cells of each pair (pairs).
+    integer, intent(in) :: cells(:), others(:)
+    type(penalty_matrices_type), intent(inout) :: penalty
+    integer :: nodes(most_functions), k, n, last, a
+
+    associate (connectivity => penalty%connectivity)
+      connectivity%count = size(cells)
+      allocate (connectivity%first(size(cells) + 1), connectivity%nodes(2*most_functions*size(cells)))
+      connectivity%first(1) = 1
+      do k = 1, size(cells)
+        call cell_nodes_of_space(space, mesh, cells(k), nodes, n)
+        last = connectivity%first(k) + n - 1
+        connectivity%nodes(connectivity%first(k):last) = nodes(:n)
+        call cell_nodes_of_space(space, mesh, others(k), nodes, n)
+        do a = 1, n
+          if (any(connectivity%nodes(connectivity%first(k):last) == nodes(a))) cycle
+          last = last + 1
+          connectivity%nodes(last) = nodes(a)
+        end do
+        connectivity%first(k + 1) = last + 1
+      end do
+      connectivity%nodes = connectivity%nodes(:connectivity%first(size(cells) + 1) - 1)
+    end associate
+    call clear_matrices(penalty)
+  end subroutine pair_cells
+
+  !> Allocates the matrices of listed patches, zero.
+  pure subroutine clear_matrices(penalty)
+    type(penalty_matrices_type), intent(inout) :: penalty
+
+    associate (n => most_nodes(penalty%connectivity))
+      allocate (penalty%matrix(n, n, penalty%connectivity%count), source=0.0_wp)
+    end associate
+  end subroutine clear_matrices
 
   !> Returns the largest number of nodes of a patch.
   pure integer function most_nodes(connectivity) result(most)

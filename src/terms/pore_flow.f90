@@ -21,6 +21,7 @@ module qsmpm_pore_flow
   use qsmpm_load_path, only: between
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
+  use qsmpm_node_graph, only: lay_lists
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_pore_water, only: update_pore_pressure
@@ -31,7 +32,7 @@ module qsmpm_pore_flow
   implicit none
   private
 
-  public :: new_pore_flow
+  public :: pore_flow_type
 
   !> Duration of the previous step, and the largest pressure in its phase.
   character(len=*), parameter, public :: course_name = 'course of the pore pressures'
@@ -67,15 +68,6 @@ module qsmpm_pore_flow
   end type pore_flow_type
 
 contains
-
-  !> Allocates the term.
-  subroutine new_pore_flow(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (pore_flow_type :: term)
-    term%name = 'flow of the pore water'
-    term%symmetric = .true.
-  end subroutine new_pore_flow
 
   !> Requests the field of the pressure where soil consolidates in any phase.
   subroutine choose_fields(self, model)
@@ -227,15 +219,8 @@ contains
     integer :: g, n
 
     associate (graph => self%connectivity, water => self%water)
-      graph%count = size(water%first) - 1
-      graph%first = [1, (0, g=1, graph%count)]
-      do g = 1, graph%count
-        associate (point => water%points(water%first(g)))
-          graph%first(g + 1) = graph%first(g) + point%place%count + point%corners
-        end associate
-      end do
-      if (allocated(graph%nodes)) deallocate (graph%nodes)
-      allocate (graph%nodes(graph%first(graph%count + 1) - 1))
+      call lay_lists([(water%points(water%first(g))%place%count + water%points(water%first(g))%corners, g=1, &
+        size(water%first) - 1)], graph)
       do g = 1, graph%count
         associate (own => graph%nodes(graph%first(g):), point => water%points(water%first(g)))
           n = point%place%count

@@ -20,11 +20,11 @@ module qsmpm_pressures
   use qsmpm_surface_pressure, only: pressure_at, acts
   use qsmpm_surface_basis, only: surface_basis_type, find_basis, gradient_of
   use qsmpm_tensor, only: cofactor, cross, identity
-  use qsmpm_term, only: term_type, increment_type, role_external
+  use qsmpm_term, only: term_type, increment_type
   implicit none
   private
 
-  public :: pressures_type, new_pressures
+  public :: pressures_type
 
   !> Largest ratio of the pressure to the smallest Young's modulus for which the symmetric part of the load stiffness is
   !> used: 40 iterations for 35 at this ratio, 57 for 40 at five times it (verification/cases/pressure.toml).
@@ -48,15 +48,6 @@ module qsmpm_pressures
   end type pressures_type
 
 contains
-
-  !> Allocates the term.
-  subroutine new_pressures(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (pressures_type :: term)
-    term%name = 'load of the pressures'
-    term%role = role_external
-  end subroutine new_pressures
 
   !> Finds the points under pressure in this phase, at the start of a step.
   subroutine prepare(self, model, configuration)

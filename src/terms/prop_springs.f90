@@ -16,7 +16,7 @@ module qsmpm_prop_springs
   use qsmpm_load_path, only: between
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_node_graph, only: connectivity_type, lay_lists, append_list
   use qsmpm_phase_loads, only: prop_stage_type, prop_stage
   use qsmpm_props, only: lay_prop_forces, prop_forces
   use qsmpm_space, only: shape_values_type
@@ -26,7 +26,7 @@ module qsmpm_prop_springs
   implicit none
   private
 
-  public :: new_prop_springs
+  public :: prop_springs_type
 
   !> A prop that is active in the step.
   type :: spring_type
@@ -56,14 +56,6 @@ module qsmpm_prop_springs
 
 contains
 
-  !> Allocates the term.
-  subroutine new_prop_springs(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (prop_springs_type :: term)
-    term%name = 'force of the props'
-  end subroutine new_prop_springs
-
   !> Initialises the stored forces to zero.
   subroutine start(self, model)
     class(prop_springs_type), intent(in) :: self
@@ -82,9 +74,7 @@ contains
     real(wp) :: forces(size(stages))
     integer :: b, k
 
-    self%connectivity%count = 0
-    self%connectivity%first = [1]
-    self%connectivity%nodes = [integer ::]
+    call lay_lists([integer ::], self%connectivity)
     forces = 0.0_wp
     if (size(forces) > 0) forces = reshape(kept_values(model%state%kept, prop_forces), shape(forces))
     do b = 1, size(stages)
@@ -139,9 +129,7 @@ contains
         end do
       end do
     end associate
-    graph%nodes = [graph%nodes, nodes]
-    graph%first = [graph%first, size(graph%nodes) + 1]
-    graph%count = graph%count + 1
+    call append_list(graph, nodes)
   end subroutine connect
 
   !> Sets the forces of props that are prestressed or removed, at a fraction of the phase.

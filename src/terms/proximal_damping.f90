@@ -8,12 +8,11 @@ module qsmpm_proximal_damping
   use qsmpm_matrix_blocks, only: add_diagonal
   use qsmpm_model, only: model_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_term, only: term_type, increment_type, role_numerical
-  use qsmpm_term_share, only: damping_share
+  use qsmpm_term, only: term_type, increment_type
   implicit none
   private
 
-  public :: new_proximal_damping
+  public :: damping_type
 
   type, extends(term_type) :: damping_type
     !> alpha, and W (nodes).
@@ -27,17 +26,6 @@ module qsmpm_proximal_damping
   end type damping_type
 
 contains
-
-  !> Allocates the term.
-  subroutine new_proximal_damping(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (damping_type :: term)
-    term%name = 'damping force'
-    term%role = role_numerical
-    term%share_name = damping_share
-    term%transient = .true.
-  end subroutine new_proximal_damping
 
   !> Sets the volumes; the term adds no coupling of nodes.
   subroutine prepare(self, model, configuration)

@@ -40,7 +40,7 @@ module qsmpm_soil_points
   implicit none
   private
 
-  public :: soil_type, new_soil, soil_of, inaccurate_points, integration_of, find_point_results, take_point_results
+  public :: soil_type, soil_of, inaccurate_points, integration_of, find_point_results, take_point_results
 
   !> Number of points above which storing their results is distributed over threads.
   integer, parameter :: fewest_points = 50000
@@ -77,14 +77,6 @@ module qsmpm_soil_points
   integer, parameter :: fewest_strained = 2000
 
 contains
-
-  !> Allocates the term.
-  subroutine new_soil(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (soil_type :: term)
-    term%name = 'internal force'
-  end subroutine new_soil
 
   !> Returns the soil among the terms; null if there is none.
   function soil_of(terms) result(soil)

@@ -13,9 +13,10 @@ module qsmpm_spline_ghost
   use qsmpm_mesh, only: mesh_type
   use qsmpm_point_location, only: activation_type, boundary_fill
   use qsmpm_grid_window, only: place_of
+  use qsmpm_node_graph, only: lay_lists
   use qsmpm_space, only: space_type, tensor_nodes
   use qsmpm_spline_axis, only: spline_axis_type, axis_values, lowest_jump, highest_degree
-  use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, clear_matrices
   implicit none
   private
 
@@ -47,7 +48,7 @@ contains
     logical :: boundary(mesh%cell_count), penalised(size(mesh%interior_face, 2))
     real(wp) :: young(mesh%cell_count)
     integer, allocatable :: faces(:)
-    integer :: i, n
+    integer :: i
 
     call mark_boundary(mesh, activation, boundary)
     call spread_stiffness(mesh, activation, stiffness, young)
@@ -59,8 +60,7 @@ contains
     end do
     faces = pack([(i, i=1, size(penalised))], penalised)
     call patches_of_faces(mesh, space, faces, stabilisation)
-    n = most_nodes(stabilisation%connectivity)
-    allocate (stabilisation%matrix(n, n, size(faces)), source=0.0_wp)
+    call clear_matrices(stabilisation)
     do i = 1, size(faces)
       associate (one => mesh%interior_face(1, faces(i)), two => mesh%interior_face(3, faces(i)))
         call face_penalty(mesh, space, one, two, factor*min(young(one), young(two)), &
@@ -118,16 +118,12 @@ contains
     type(penalty_matrices_type), intent(inout) :: stabilisation
     integer :: first(3, size(faces)), count(3, size(faces)), k, normal
 
+    do k = 1, size(faces)
+      call face_block(space, mesh%dimension, mesh%interior_face(1, faces(k)), &
+        mesh%interior_face(3, faces(k)), normal, first(:, k), count(:, k))
+    end do
     associate (connectivity => stabilisation%connectivity)
-      connectivity%count = size(faces)
-      allocate (connectivity%first(size(faces) + 1))
-      connectivity%first(1) = 1
-      do k = 1, size(faces)
-        call face_block(space, mesh%dimension, mesh%interior_face(1, faces(k)), &
-          mesh%interior_face(3, faces(k)), normal, first(:, k), count(:, k))
-        connectivity%first(k + 1) = connectivity%first(k) + product(count(:, k))
-      end do
-      allocate (connectivity%nodes(connectivity%first(size(faces) + 1) - 1))
+      call lay_lists(product(count, dim=1), connectivity)
       do k = 1, size(faces)
         call tensor_nodes(space, first(:, k), count(:, k), &
           connectivity%nodes(connectivity%first(k):connectivity%first(k + 1) - 1))

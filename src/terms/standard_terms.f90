@@ -1,16 +1,17 @@
 !> Terms of every analysis, in the order in which they are added up.
 module qsmpm_standard_terms
-  use qsmpm_boundary_stabilisation, only: new_boundary_stabilisation
-  use qsmpm_contacts, only: new_contacts
-  use qsmpm_dead_loads, only: new_dead_loads
-  use qsmpm_pore_flow, only: new_pore_flow
-  use qsmpm_pressures, only: new_pressures
-  use qsmpm_prop_springs, only: new_prop_springs
-  use qsmpm_proximal_damping, only: new_proximal_damping
-  use qsmpm_soil_points, only: new_soil
-  use qsmpm_supports, only: new_supports
-  use qsmpm_unloading, only: new_unloading_points
-  use qsmpm_term, only: term_type, term_slot_type
+  use qsmpm_boundary_stabilisation, only: stabilisation_type
+  use qsmpm_contacts, only: contacts_type
+  use qsmpm_dead_loads, only: dead_loads_type
+  use qsmpm_pore_flow, only: pore_flow_type
+  use qsmpm_pressures, only: pressures_type
+  use qsmpm_prop_springs, only: prop_springs_type
+  use qsmpm_proximal_damping, only: damping_type
+  use qsmpm_soil_points, only: soil_type
+  use qsmpm_supports, only: supports_type
+  use qsmpm_unloading, only: unloading_points_type
+  use qsmpm_term, only: term_type, term_slot_type, role_external, role_numerical
+  use qsmpm_term_share, only: damping_share, stabilisation_share
   use qsmpm_term_sums, only: share_names
   implicit none
   private
@@ -24,16 +25,19 @@ contains
     type(term_slot_type), allocatable, intent(out) :: terms(:)
 
     allocate (terms(10))
-    call new_soil(terms(1)%term)
-    call new_proximal_damping(terms(2)%term)
-    call new_boundary_stabilisation(terms(3)%term)
-    call new_supports(terms(4)%term)
-    call new_dead_loads(terms(5)%term)
-    call new_pressures(terms(6)%term)
-    call new_unloading_points(terms(7)%term)
-    call new_contacts(terms(8)%term)
-    call new_prop_springs(terms(9)%term)
-    call new_pore_flow(terms(10)%term)
+    allocate (terms(1)%term, source=soil_type(name='internal force'))
+    allocate (terms(2)%term, source=damping_type(name='damping force', role=role_numerical, &
+      share_name=damping_share, transient=.true.))
+    allocate (terms(3)%term, source=stabilisation_type(name='force of the stabilisation', role=role_numerical, &
+      share_name=stabilisation_share))
+    allocate (terms(4)%term, source=supports_type(name='force of the supports', anchors=.true.))
+    allocate (terms(5)%term, source=dead_loads_type(name='load', role=role_external))
+    allocate (terms(6)%term, source=pressures_type(name='load of the pressures', role=role_external))
+    allocate (terms(7)%term, source=unloading_points_type(name='force of the bodies taken out', role=role_external))
+    allocate (terms(8)%term, source=contacts_type(name='force of the contacts', role=role_external, of_bodies=.true., &
+      anchors=.true.))
+    allocate (terms(9)%term, source=prop_springs_type(name='force of the props'))
+    allocate (terms(10)%term, source=pore_flow_type(name='flow of the pore water'))
   end subroutine standard_terms
 
   !> Returns the columns of curves.csv for their shares, each preceded by a comma.

@@ -26,11 +26,11 @@ module qsmpm_supports
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_surface_basis, only: places_of, set_patches, stiffness_at
   use qsmpm_term, only: term_type, failure_type, force_sizes_type
-  use qsmpm_unknowns, only: find_field, joint_node
+  use qsmpm_unknowns, only: column_of
   implicit none
   private
 
-  public :: supports_type, new_supports, support_block
+  public :: supports_type, support_block
 
   !> Spring stiffness over E/h: high enough for a gap that is negligible compared with the discretisation error, low
   !> enough for the condition of the equations (verification/cases/inclined.toml).
@@ -69,15 +69,6 @@ module qsmpm_supports
 
 contains
 
-  !> Allocates the term.
-  subroutine new_supports(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (supports_type :: term)
-    term%name = 'force of the supports'
-    term%anchors = .true.
-  end subroutine new_supports
-
   !> Requests the field of the motion of the outlines, where one may be free.
   subroutine choose_fields(self, model)
     class(supports_type), intent(inout) :: self
@@ -105,7 +96,7 @@ contains
 
     associate (kept => kept_values(model%state%kept, motion_name))
       do s = 1, size(kept, 2)
-        associate (column => column_of(self, s))
+        associate (column => column_of(self%unknowns, s, motion_name))
           constrained(:size(kept, 1), column) = .true.
           constrained(vertical_of(model%analysis), column) = .not. model%loading%floats(s)
           values(:size(kept, 1), column) = kept(:, s)
@@ -113,16 +104,6 @@ contains
       end do
     end associate
   end subroutine prescribe
-
-  !> Returns the column of a surface in the table of unknowns; 0 where there is no such field.
-  pure integer function column_of(self, surface) result(column)
-    class(supports_type), intent(in) :: self
-    integer, intent(in) :: surface
-
-    column = 0
-    if (find_field(self%unknowns, motion_name) > 0) &
-      column = joint_node(self%unknowns, surface, find_field(self%unknowns, motion_name))
-  end function column_of
 
   !> Sets up the springs of a step.
   subroutine prepare(self, model, configuration)
@@ -164,7 +145,7 @@ contains
 
     own = own_of(model%part%surface, size(own))
     self%counted = own(self%point)
-    self%column = [(merge(column_of(self, model%state%surface%surface(self%point(k))), 0, &
+    self%column = [(merge(column_of(self%unknowns, model%state%surface%surface(self%point(k)), motion_name), 0, &
       model%loading%floats(model%state%surface%surface(self%point(k)))), k=1, size(place))]
     do k = 1, size(place)
       if (self%column(k) == 0) cycle

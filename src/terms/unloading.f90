@@ -20,22 +20,22 @@ module qsmpm_unloading
   use qsmpm_method_description, only: basis_fem
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type, find_configuration
-  use qsmpm_integration, only: integration_type, place_of
+  use qsmpm_integration, only: integration_type, add_at_points
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
   use qsmpm_point_selection, only: append_points
   use qsmpm_pore_water, only: water_forces
   use qsmpm_vertical, only: vertical_of
   use qsmpm_points, only: points_type
-  use qsmpm_soil_points, only: soil_type, new_soil, integration_of
-  use qsmpm_space, only: shape_values_type
+  use qsmpm_soil_points, only: soil_type, integration_of
+  use qsmpm_space, only: shape_values_type, add_at
   use qsmpm_stress_force, only: internal_force
   use qsmpm_surface_pressure, only: pressure_at
-  use qsmpm_term, only: term_type, role_external
+  use qsmpm_term, only: term_type
   implicit none
   private
 
-  public :: measure_unloading, new_unloading_points
+  public :: measure_unloading, unloading_points_type
 
   !> What is kept of the start of a phase: forces, and weights in the last row.
   character(len=*), parameter :: start_forces = 'forces of what is taken out'
@@ -100,38 +100,22 @@ contains
     type(configuration_type), intent(in), target :: configuration
     !> (dimension, nodes), (nodes)
     real(wp), allocatable, intent(out) :: force(:, :), weight(:)
-    class(term_type), allocatable, target :: term
+    type(soil_type), target :: soil
     type(integration_type), pointer :: integration
     real(wp), allocatable :: by_water(:, :)
-    integer :: g, q, a, first, place
+    real(wp) :: weights(1, model%space%node_count)
 
     allocate (force(model%mesh%dimension, model%space%node_count))
-    allocate (weight(model%space%node_count), source=0.0_wp)
-    call new_soil(term)
-    call term%prepare(model, configuration)
-    select type (term)
-    type is (soil_type)
-      integration => integration_of(term, configuration)
-      call internal_force(integration, model%state%points, model%analysis%confinement, force)
-    end select
+    weights = 0.0_wp
+    call soil%prepare(model, configuration)
+    integration => integration_of(soil, configuration)
+    call internal_force(integration, model%state%points, model%analysis%confinement, force)
     force = -force
     call water_forces(model, 0.0_wp, by_water)
-    associate (at_points => configuration%at_points)
-      do g = 1, at_points%group_count
-        first = at_points%node_first(g) - 1
-        do q = at_points%first(g), at_points%first(g + 1) - 1
-          place = place_of(at_points, g, q)
-          do a = 1, at_points%node_first(g + 1) - 1 - first
-            associate (node => at_points%nodes(first + a))
-              weight(node) = weight(node) + at_points%shape(place + a)*model%state%points%start_weight( &
-                at_points%source(q))
-              if (allocated(by_water)) force(:, node) = force(:, node) + at_points%shape(place + a)*by_water(:, &
-                at_points%source(q))
-            end associate
-          end do
-        end do
-      end do
-    end associate
+    if (allocated(by_water)) call add_at_points(configuration%at_points, by_water, force)
+    call add_at_points(configuration%at_points, reshape(model%state%points%start_weight, [1, &
+      model%state%points%count]), weights)
+    weight = weights(1, :)
   end subroutine sum_points
 
   !> Adds dead loads, pressures and reactions on the surfaces of the excavated bodies at the start of the phase.
@@ -143,7 +127,7 @@ contains
     real(wp), intent(inout) :: force(:, :)
     type(shape_values_type) :: place
     real(wp) :: load(size(force, 1))
-    integer :: i, s, a
+    integer :: i, s
 
     associate (surface => model%state%inactive%unloading_surface, loading => model%loading)
       do i = 1, surface%count
@@ -154,21 +138,10 @@ contains
           load = load + surface%area(i)*loading%traction_start(:size(load), s)
         if (.not. any(abs(load) > 0.0_wp)) cycle
         call basis_at(model%mesh, model%space, configuration%activation, model%state%points, surface, i, place)
-        do a = 1, place%count
-          force(:, place%node(a)) = force(:, place%node(a)) + place%shape(a)*load
-        end do
+        call add_at(place, load, force)
       end do
     end associate
   end subroutine add_surface_loads
-
-  !> Allocates the term.
-  subroutine new_unloading_points(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (unloading_points_type :: term)
-    term%name = 'force of the bodies taken out'
-    term%role = role_external
-  end subroutine new_unloading_points
 
   !> Allocates the stored forces.
   subroutine start(self, model)

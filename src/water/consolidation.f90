@@ -5,7 +5,7 @@
 !> the base of the mesh and interfaces to impermeable soil are closed. docs/methods/consolidation.md
 module qsmpm_consolidation
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_active_bodies, only: bodies_active, body_materials
+  use qsmpm_active_bodies, only: bodies_active, active_materials
   use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: analysis_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
@@ -358,13 +358,12 @@ contains
     !> Materials already checked.
     logical, intent(inout) :: checked(:)
     type(diagnostics_type), intent(inout) :: diagnostics
-    logical :: active(size(analysis%bodies))
     integer :: material(size(analysis%bodies)), b
 
-    active = bodies_active(analysis, number)
-    material = body_materials(analysis, number)
-    do b = 1, size(active)
-      if (.not. active(b) .or. checked(material(b))) cycle
+    material = active_materials(analysis, number)
+    do b = 1, size(material)
+      if (material(b) == 0) cycle
+      if (checked(material(b))) cycle
       checked(material(b)) = .true.
       associate (soil => analysis%materials(material(b)), name => analysis%phases(number)%name)
         if (soil%permeability(1) < 0.0_wp) call add_diagnostic(diagnostics, soil%where, '*MATERIAL', &

@@ -1,7 +1,7 @@
 !> Checks of decks with consolidation under a free surface (qsmpm_free_surface).
 module qsmpm_free_surface_check
   use qsmpm_kinds, only: wp
-  use qsmpm_active_bodies, only: bodies_active, body_materials, has_stages
+  use qsmpm_active_bodies, only: active_materials, has_stages
   use qsmpm_analysis, only: analysis_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_element, only: corner_count
@@ -139,13 +139,11 @@ contains
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
     type(diagnostics_type), intent(inout) :: diagnostics
-    logical :: active(size(analysis%bodies))
     integer :: material(size(analysis%bodies)), b
 
-    active = bodies_active(analysis, number)
-    material = body_materials(analysis, number)
-    do b = 1, size(active)
-      if (.not. active(b)) cycle
+    material = active_materials(analysis, number)
+    do b = 1, size(material)
+      if (material(b) == 0) cycle
       associate (soil => analysis%materials(material(b)))
         if (.not. soil%permeability(1) > 0.0_wp .or. soil%drainable_porosity > 0.0_wp) cycle
         call add_diagnostic(diagnostics, soil%where, '*MATERIAL', "drainage of body '"// &

@@ -2,7 +2,7 @@
 !> relative to the mesh of its flow.
 module qsmpm_seepage_notes
   use qsmpm_kinds, only: wp
-  use qsmpm_active_bodies, only: bodies_active, body_materials
+  use qsmpm_active_bodies, only: active_materials, body_materials
   use qsmpm_analysis, only: analysis_type
   use qsmpm_drainage, only: has_excess_pressure
   use qsmpm_free_water, only: beside_text, shore_text
@@ -74,13 +74,11 @@ contains
     integer, intent(in) :: number
     character(len=:), allocatable :: text
     integer :: material(size(analysis%bodies)), b
-    logical :: active(size(analysis%bodies))
 
     text = ''
-    active = bodies_active(analysis, number)
-    material = body_materials(analysis, number)
-    do b = 1, size(active)
-      if (.not. active(b)) cycle
+    material = active_materials(analysis, number)
+    do b = 1, size(material)
+      if (material(b) == 0) cycle
       if (.not. has_excess_pressure(analysis, material(b))) cycle
       associate (undrained => analysis%materials(material(b))%undrained)
         if (allocated(undrained%drainage)) then

@@ -3,7 +3,7 @@
 !> no rain reaches is dry. Boundary conditions are in qsmpm_seepage_bounds, the flow in qsmpm_seepage.
 module qsmpm_seepage_scene
   use qsmpm_kinds, only: wp
-  use qsmpm_active_bodies, only: bodies_active, body_materials
+  use qsmpm_active_bodies, only: bodies_active, active_materials, body_materials
   use qsmpm_analysis, only: analysis_type, axisymmetric, three_dimensional
   use qsmpm_body_description, only: body_box, body_polygon
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
@@ -172,7 +172,7 @@ contains
     integer, intent(in) :: number
     type(water_level_type), intent(in) :: level
     type(diagnostics_type), intent(inout) :: diagnostics
-    logical :: active(size(analysis%bodies)), plane
+    logical :: plane
     integer :: material(size(analysis%bodies)), b
 
     plane = analysis%model /= three_dimensional
@@ -185,10 +185,9 @@ contains
       call add_diagnostic(diagnostics, analysis%rigid_bodies(b)%where, '*RIGID BODY', 'TYPE=SEEPAGE of *WATER '// &
         'LEVEL in 3D does not support rigid bodies: water would flow through them')
     end do
-    active = bodies_active(analysis, number)
-    material = body_materials(analysis, number)
-    do b = 1, size(active)
-      if (.not. active(b)) cycle
+    material = active_materials(analysis, number)
+    do b = 1, size(material)
+      if (material(b) == 0) cycle
       if (plane .and. all(analysis%bodies(b)%kind /= [body_box, body_polygon])) call add_diagnostic(diagnostics, &
         level%where, '*WATER LEVEL', "TYPE=SEEPAGE: body '"//analysis%bodies(b)%name// &
         "' is neither a BOX nor a POLYGON")
@@ -227,17 +226,15 @@ contains
     integer, intent(in) :: number
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
-    logical :: active(size(analysis%bodies))
     integer :: material(size(analysis%bodies)), c
 
-    active = bodies_active(analysis, number)
-    material = body_materials(analysis, number)
+    material = active_materials(analysis, number)
     associate (mesh => scene%mesh)
       scene%size = maxval(maxval(mesh%position, dim=2) - minval(mesh%position, dim=2))
       allocate (scene%flows(size(mesh%region)))
       do c = 1, size(mesh%region)
         scene%flows(c) = mesh%region(c) > 0
-        if (scene%flows(c)) scene%flows(c) = active(mesh%region(c))
+        if (scene%flows(c)) scene%flows(c) = material(mesh%region(c)) > 0
       end do
       call keep_cells(analysis, scene, material, flow)
       flow%position = mesh%position

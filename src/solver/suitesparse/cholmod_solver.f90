@@ -175,8 +175,6 @@ contains
 
     if (c_associated(self%handle)) call qsmpm_cholmod_free(self%handle)
     self%handle = c_null_ptr
-    if (allocated(self%first)) deallocate (self%first)
-    if (allocated(self%row)) deallocate (self%row)
   end subroutine release
 
   !> Converts a failure of the library to an error.

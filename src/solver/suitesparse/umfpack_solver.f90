@@ -209,9 +209,6 @@ contains
     if (c_associated(self%symbolic)) call umfpack_di_free_symbolic(self%symbolic)
     self%numeric = c_null_ptr
     self%symbolic = c_null_ptr
-    if (allocated(self%first)) deallocate (self%first)
-    if (allocated(self%row)) deallocate (self%row)
-    if (allocated(self%values)) deallocate (self%values)
   end subroutine release
 
   !> Converts a failure of the library to an error.

@@ -12,7 +12,7 @@ module qsmpm_contact_scratch
   use qsmpm_contact_patches, only: contact_patches_type, find_patches, extent_of
   use qsmpm_contact_water, only: contact_water_type, see_contact_water, water_at
   use qsmpm_model, only: model_type, contact_pair_type
-  use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_node_graph, only: connectivity_type, lay_lists, append_list
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_rigid_bodies, only: placed_bodies, interface_strength
   use qsmpm_rigid_pose, only: placed_shape_type, turned_along
@@ -384,13 +384,10 @@ contains
     !> (places)
     type(shape_values_type), intent(in) :: basis(:)
     integer, allocatable :: nodes(:)
-    integer :: c, k, a, most, slot
+    integer :: c, k, a, slot
 
     associate (graph => self%connectivity, patches => self%patches)
-      graph%count = patches%count
-      graph%first = [1]
-      graph%nodes = [integer ::]
-      most = 0
+      call lay_lists([integer ::], graph)
       do c = 1, patches%count
         nodes = [integer ::]
         do k = patches%first(c), patches%first(c + 1) - 1
@@ -406,12 +403,10 @@ contains
           if (self%column(b) > 0) nodes = [nodes, self%column(b)]
           if (self%turning_column(b) > 0) nodes = [nodes, self%turning_column(b)]
         end associate
-        graph%nodes = [graph%nodes, nodes]
-        graph%first = [graph%first, size(graph%nodes) + 1]
-        most = max(most, size(nodes))
+        call append_list(graph, nodes)
       end do
       if (allocated(self%shape)) deallocate (self%shape)
-      allocate (self%shape(most, size(basis)), source=0.0_wp)
+      allocate (self%shape(maxval([0, graph%first(2:) - graph%first(:graph%count)]), size(basis)), source=0.0_wp)
       do c = 1, patches%count
         nodes = graph%nodes(graph%first(c):graph%first(c + 1) - 1)
         do k = patches%first(c), patches%first(c + 1) - 1

@@ -30,17 +30,18 @@ module qsmpm_contacts
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_model, only: model_type
+  use qsmpm_node_graph, only: append_list
   use qsmpm_rigid_bodies, only: motion_in_phase, keep_rigid_body
   use qsmpm_rigid_pose, only: placed_shape_type, carry_along, moved_on
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_team, only: total
-  use qsmpm_term, only: term_type, term_slot_type, failure_type, force_sizes_type, role_external
+  use qsmpm_term, only: term_type, term_slot_type, failure_type, force_sizes_type
   use qsmpm_text, only: real_text
-  use qsmpm_unknowns, only: find_field, joint_node
+  use qsmpm_unknowns, only: find_field, column_of
   implicit none
   private
 
-  public :: contacts_type, new_contacts, bodies_at_end, contact_counts
+  public :: contacts_type, bodies_at_end, contact_counts
 
   !> Largest motion of a body in one step, in cells.
   real(wp), parameter :: largest_motion = 2.0_wp
@@ -64,17 +65,6 @@ module qsmpm_contacts
   end type contacts_type
 
 contains
-
-  !> Allocates the term.
-  subroutine new_contacts(term)
-    class(term_type), allocatable, intent(out) :: term
-
-    allocate (contacts_type :: term)
-    term%name = 'force of the contacts'
-    term%role = role_external
-    term%of_bodies = .true.
-    term%anchors = .true.
-  end subroutine new_contacts
 
   !> Returns the rigid bodies of an analysis at their position at the end of the step.
   function bodies_at_end(terms) result(bodies)
@@ -134,12 +124,12 @@ contains
     if (may_turn(self)) kept_angle = kept_values(model%state%kept, turning_name)
     do b = 1, size(kept, 2)
       free = free_components(model, b)
-      associate (column => column_of(self, b, motion_name), d => size(kept, 1))
+      associate (column => column_of(self%unknowns, b, motion_name), d => size(kept, 1))
         constrained(:d, column) = .not. free(:d)
         values(:d, column) = kept(:, b)
       end associate
       if (.not. may_turn(self)) cycle
-      associate (column => column_of(self, b, turning_name))
+      associate (column => column_of(self%unknowns, b, turning_name))
         constrained(1, column) = .not. free(turning)
         values(1, column) = kept_angle(1, b)
       end associate
@@ -153,17 +143,6 @@ contains
     may_turn = find_field(self%unknowns, turning_name) > 0
   end function may_turn
 
-  !> Returns the column of a body in the table of unknowns; 0 where there is no such field.
-  pure integer function column_of(self, body, field_name) result(column)
-    class(contacts_type), intent(in) :: self
-    integer, intent(in) :: body
-    character(len=*), intent(in) :: field_name
-
-    column = 0
-    if (find_field(self%unknowns, field_name) > 0) &
-      column = joint_node(self%unknowns, body, find_field(self%unknowns, field_name))
-  end function column_of
-
   !> Sets up the patches near the bodies, with their data of the previous step.
   subroutine prepare(self, model, configuration)
     class(contacts_type), intent(inout) :: self
@@ -172,32 +151,18 @@ contains
     integer :: b
 
     call lay_scratch(self%scratch, model, configuration, self%unknowns, &
-      [(column_of(self, b, motion_name), b=1, size(model%rigid_shapes))], &
-      [(column_of(self, b, turning_name), b=1, size(model%rigid_shapes))])
+      [(column_of(self%unknowns, b, motion_name), b=1, size(model%rigid_shapes))], &
+      [(column_of(self%unknowns, b, turning_name), b=1, size(model%rigid_shapes))])
     self%connectivity = self%scratch%connectivity
+    ! The motion of a free body is an unknown even where nothing touches it; `evaluate` then reports this.
     do b = 1, size(model%rigid_shapes)
-      call add_unknown(self, self%scratch%column(b))
-      call add_unknown(self, self%scratch%turning_column(b))
+      if (self%scratch%column(b) > 0) call append_list(self%connectivity, [self%scratch%column(b)])
+      if (self%scratch%turning_column(b) > 0) call append_list(self%connectivity, [self%scratch%turning_column(b)])
     end do
     ! The moment refers to the place where the shear acts, the slip to the place that moved with the body.
     self%symmetric = all(.not. self%scratch%strength(1, :) > 0.0_wp) .and. &
       (all(self%scratch%turning_column == 0) .or. all(.not. self%scratch%strength(2, :) > 0.0_wp))
   end subroutine prepare
-
-  !> Adds a stencil for the motion of a free body, which is an unknown even where nothing touches it; `evaluate` then
-  !> reports this.
-  pure subroutine add_unknown(self, column)
-    class(contacts_type), intent(inout) :: self
-    !> Column in the table of unknowns; 0 for a constrained body.
-    integer, intent(in) :: column
-
-    if (column == 0) return
-    associate (graph => self%connectivity)
-      graph%nodes = [graph%nodes, column]
-      graph%first = [graph%first, size(graph%nodes) + 1]
-      graph%count = graph%count + 1
-    end associate
-  end subroutine add_unknown
 
   !> Moves the bodies to their position at a fraction of the phase.
   subroutine set_load(self, model, configuration, fraction)
