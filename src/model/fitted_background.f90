@@ -14,6 +14,7 @@ module qsmpm_fitted_background
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_box, body_polygon
   use qsmpm_mesh_description, only: select_box, select_plane
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_structures, only: rigid_box, rigid_circle, rigid_polygon
   use qsmpm_element, only: element_from_name, element_order, tri3
   use qsmpm_error, only: error_type
@@ -136,7 +137,9 @@ contains
         case (rigid_polygon)
           call add_outline(outlines, n, body%name, 0, body%polygon)
         case (rigid_circle)
-          call add_outline(outlines, n, body%name, 0, circle_corners(body%place, body%radius))
+          ! Cells that move with the soil have no edges on a circle that touches them at one place.
+          if (body%in_place .or. analysis%method%basis /= basis_fem) &
+            call add_outline(outlines, n, body%name, 0, circle_corners(body%place, body%radius))
         end select
       end associate
     end do

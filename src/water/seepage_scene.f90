@@ -181,10 +181,6 @@ contains
         'axisymmetry requires a *GRID, whose lines define the size of its triangles')
       return
     end if
-    do b = 1, merge(0, size(analysis%rigid_bodies), plane)
-      call add_diagnostic(diagnostics, analysis%rigid_bodies(b)%where, '*RIGID BODY', 'TYPE=SEEPAGE of *WATER '// &
-        'LEVEL in 3D does not support rigid bodies: water would flow through them')
-    end do
     material = active_materials(analysis, number)
     do b = 1, size(material)
       if (material(b) == 0) cycle

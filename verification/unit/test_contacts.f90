@@ -55,7 +55,11 @@ module test_contacts
   character(len=*), parameter :: block = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
     '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|2, 1.1, 0, 1.1|*MATERIAL, NAME=soil|*ELASTIC|'// &
     '1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1.1|*METHOD, BASIS=SPLINE2, INTEGRATION=POINTS|'
-  character(len=*), parameter :: press = '*PHASE, NAME=press|*FIX|base, ALL|*MOVE, BODY=tool'
+  character(len=*), parameter :: press = '*PHASE, NAME=press, TIME=1|*FIX|base, ALL|*MOVE, BODY=tool'
+  !> Soil from which water flows.
+  character(len=*), parameter :: wet = '*MODEL, TYPE=PLANE STRAIN|*GRID|X, 0, 2, 4|Y, 0, 2, 4|*NSET, NSET=base, '// &
+    'PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|2, 1, 0, 1|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*PERMEABILITY|1E-3|'// &
+    '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1|'
 
 contains
 
@@ -89,6 +93,8 @@ contains
     call check_tangent(tests, 'FRICTION ANGLE=0.3', 0.03_wp)
     call check_tangent(tests, 'FRICTION ANGLE=0.2, ADHESION=5', 0.03_wp)
     call check_tangent(tests, 'TENSION=YES', 0.0_wp)
+    call check_tangent(tests, 'FRICTION ANGLE=10, PENALTY=0.01', 0.03_wp, wet)
+    call check_tangent(tests, 'FRICTION ANGLE=10, PENALTY=0.01, ADHESION=5', 0.03_wp, wet)
     call check_step(tests)
     call check_parting(tests)
     call check_bonds(tests)
@@ -837,18 +843,24 @@ contains
   end subroutine check_numbers
 
   !> The matrix times a direction is the change of the residual along it.
-  subroutine check_tangent(tests, contact, aside)
+  subroutine check_tangent(tests, contact, aside, ground)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: contact
     !> Displacement along the surface beside that into the tool.
     real(wp), intent(in) :: aside
+    !> Cards of the model; the block when not given.
+    character(len=*), intent(in), optional :: ground
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
     integer :: a
 
     allocate (model, step)
-    call make_step('SHAPE=CIRCLE|1, 3.105, 2', contact, ', ROTATION=1|0.01, -0.03', model, step)
+    if (present(ground)) then
+      call make_step('SHAPE=BOX|-1, 3, 1, 2', contact, '|0.01, -0.03|*CONSOLIDATION, UNIT WEIGHT=10', model, step, ground)
+    else
+      call make_step('SHAPE=CIRCLE|1, 3.105, 2', contact, ', ROTATION=1|0.01, -0.03', model, step)
+    end if
     allocate (u(2, all_nodes(step%unknowns)), v(2, all_nodes(step%unknowns)))
     do a = 1, size(u, 2)
       u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)] + [aside, 0.0_wp]
@@ -857,7 +869,7 @@ contains
     call matrix_and_difference(model, step, u, v, difference, product, change)
     call tests%close('the matrix is the derivative of the residual, '//contact, maxval(abs(product - change)), 0.0_wp, &
       1.0e-6_wp*maxval(abs(change)))
-    call tests%check('the contact is at work', norm2(force_named(step, 'force of the contacts', u)) > 1.0_wp)
+    call tests%check('the contact is at work', norm2(force_named(step, 'force of the contacts', u)) > 0.1_wp)
     call end_system(step%system)
   end subroutine check_tangent
 

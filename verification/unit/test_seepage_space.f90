@@ -190,8 +190,6 @@ contains
     call refused(tests, grid('HEX8')//sets//'*NSET, NSET=inside, BOX| 0.1, 1.9, 0.1, 0.9, 0.1, 1|'//soil//permeable//block// &
       phase//level//' left, 4| inside, 3|*END PHASE|', &
       "no face of the ground is in 'inside' (a well or drain inside the ground requires a plane model)")
-    call refused(tests, grid('HEX8')//sets//soil//permeable//block//'*RIGID BODY, NAME=plate, SHAPE=PLANE| 0, 0, 1.9, 0, 0, -1|'// &
-      phase//level//' left, 4| right, 3|*END PHASE|', 'in 3D does not support rigid bodies')
   end subroutine check_refusals
 
   !> A grid whose inner nodes are off their lines, or whose cells differ.
