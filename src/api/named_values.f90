@@ -7,12 +7,13 @@ module qsmpm_named_values
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_field_list, only: field_type, field_list_type, field_name_length, shown_nowhere
   use qsmpm_histories, only: take_histories
+  use qsmpm_initial_stress, only: start_states
   use qsmpm_kept_arrays, only: is_kept, keep_values, kept_values
   use qsmpm_limit_load, only: limit_loads, relative_compliance
   use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_phase_ends, only: end_of_phase, factor_of_phase
   use qsmpm_phase_tree, only: time_in_phase
-  use qsmpm_points, only: points_type, allocate_points, place_of, list_made_fields
+  use qsmpm_points, only: points_type, allocate_points, list_made_fields
   use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_simulation, only: simulation_type
   use qsmpm_text, only: string_type, did_you_mean, integer_text
@@ -258,17 +259,10 @@ contains
     type(model_type), intent(inout) :: model
     !> Cauchy stress (4 or 6, points).
     real(wp), intent(in) :: stress(:, :)
-    integer :: p
 
-    associate (points => model%state%points)
-      points%stress(:, :) = stress
-      points%initial_volume(:) = points%volume
-      do p = 1, points%count
-        associate (law => model%laws(points%material(p))%law)
-          call law%start_at(points%stress(:, p), place_of(points, p), points%state(:law%state_count, p))
-        end associate
-      end do
-    end associate
+    model%state%points%stress(:, :) = stress
+    model%state%points%initial_volume(:) = model%state%points%volume
+    call start_states(model)
   end subroutine start_stresses
 
   !> Checks that there is a model and such a name.

@@ -18,7 +18,7 @@ module qsmpm_stepped_analysis
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_number_text, only: without_last_newline
-  use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_observer, only: observer_type, silent_observer_type, step_record_type
   use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, &
     leave_lost_phase
   use qsmpm_plugin, only: guard_exit
@@ -184,8 +184,9 @@ contains
     class(stepped_analysis_type), intent(inout) :: self
     !> Set when no step is accepted; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
+    type(silent_observer_type) :: silent
 
-    call step_on(self, 1.0_wp, error)
+    call self%advance(silent, error)
   end subroutine advance_alone
 
   !> Computes one accepted load step with an observer.
@@ -196,7 +197,7 @@ contains
     !> Set when no step is accepted; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
-    call step_on(self, 1.0_wp, error, observer)
+    call step_on(self, 1.0_wp, observer, error)
   end subroutine advance_observed
 
   !> Steps to a load fraction of the current stage, or of the next stage when between stages.
@@ -206,9 +207,35 @@ contains
     real(wp), intent(in) :: share
     !> Set when it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
+    type(silent_observer_type) :: silent
 
-    call step_to(self, share, error)
+    call self%advance_to(share, silent, error)
   end subroutine advance_to_alone
+
+  !> Steps to the end of the last stage.
+  subroutine run_alone(self, error)
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Set when it is not reached; the state is then that of the last accepted step.
+    type(error_type), allocatable, intent(out) :: error
+    type(silent_observer_type) :: silent
+
+    call self%run(silent, error)
+  end subroutine run_alone
+
+  !> Steps to the end of the last stage with an observer; skips failed stages and those that start from them.
+  subroutine run_observed(self, observer, error)
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Observer supplied by the program.
+    class(observer_type), intent(inout) :: observer
+    !> Set when the end is not reached, or names the stages that failed; the state is then that of the last accepted
+    !> step.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_model(self, error)
+    do while (.not. (allocated(error) .or. self%finished()))
+      call step_on(self, 1.0_wp, observer, error, leaves_lost=.true.)
+    end do
+  end subroutine run_observed
 
   !> Steps to a load fraction of a stage with an observer.
   subroutine advance_to_observed(self, share, observer, error)
@@ -219,53 +246,6 @@ contains
     class(observer_type), intent(inout) :: observer
     !> Set when it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
-
-    call step_to(self, share, error, observer)
-  end subroutine advance_to_observed
-
-  !> Steps to the end of the last stage.
-  subroutine run_alone(self, error)
-    class(stepped_analysis_type), intent(inout) :: self
-    !> Set when it is not reached; the state is then that of the last accepted step.
-    type(error_type), allocatable, intent(out) :: error
-
-    call run_on(self, error)
-  end subroutine run_alone
-
-  !> Steps to the end of the last stage with an observer.
-  subroutine run_observed(self, observer, error)
-    class(stepped_analysis_type), intent(inout) :: self
-    !> Observer supplied by the program.
-    class(observer_type), intent(inout) :: observer
-    !> Set when it is not reached; the state is then that of the last accepted step.
-    type(error_type), allocatable, intent(out) :: error
-
-    call run_on(self, error, observer)
-  end subroutine run_observed
-
-  !> Steps to the end of the last stage; skips failed stages and those that start from them.
-  subroutine run_on(self, error, observer)
-    class(stepped_analysis_type), intent(inout) :: self
-    !> Set when the end is not reached, or names the stages that failed.
-    type(error_type), allocatable, intent(out) :: error
-    !> Observer supplied by the program.
-    class(observer_type), intent(inout), optional :: observer
-
-    call need_model(self, error)
-    do while (.not. (allocated(error) .or. self%finished()))
-      call step_on(self, 1.0_wp, error, observer, leaves_lost=.true.)
-    end do
-  end subroutine run_on
-
-  !> Steps to a load fraction of a stage.
-  subroutine step_to(self, share, error, observer)
-    class(stepped_analysis_type), intent(inout) :: self
-    !> Load fraction of the stage.
-    real(wp), intent(in) :: share
-    !> Set when it is not reached.
-    type(error_type), allocatable, intent(out) :: error
-    !> Observer supplied by the program.
-    class(observer_type), intent(inout), optional :: observer
     real(wp) :: done
 
     call need_model(self, error)
@@ -277,20 +257,20 @@ contains
       return
     end if
     do
-      call step_on(self, share, error, observer)
+      call step_on(self, share, observer, error)
       if (allocated(error) .or. self%model%state%progress%fraction >= share - closeness) exit
     end do
-  end subroutine step_to
+  end subroutine advance_to_observed
 
   !> Computes one accepted step up to at most a load fraction of its stage.
-  subroutine step_on(self, limit, error, observer, leaves_lost)
+  subroutine step_on(self, limit, observer, error, leaves_lost)
     class(stepped_analysis_type), intent(inout), target :: self
     !> Load fraction of the stage.
     real(wp), intent(in) :: limit
+    !> Observer supplied by the program.
+    class(observer_type), intent(inout), target :: observer
     !> Set when no step is accepted.
     type(error_type), allocatable, intent(out) :: error
-    !> Observer supplied by the program.
-    class(observer_type), intent(inout), optional, target :: observer
     !> Whether to continue without a failed stage.
     logical, intent(in), optional :: leaves_lost
     type(observer_list_type) :: observers
@@ -301,7 +281,7 @@ contains
       call fail(error, error_other, 'the analysis is finished: no stage is to come')
     if (allocated(error)) return
     if (allocated(self%recorder)) observers%recorder => self%recorder
-    if (present(observer)) observers%own => observer
+    observers%own => observer
     call enter_library(self%threads, settings)
     self%loop%limit = limit
     call advance_step_loop(self%model, self%loop, observers, error)

@@ -12,18 +12,18 @@ module qsmpm_card_visitors
   implicit none
   private
 
-  public :: describer_type, card_reader_type, writer_type, reader, writer, echo_type, numbers
+  public :: describer_type, card_reader_type, writer_type, reader, writer, lines_type, numbers
 
   !> Size of an allocation, so that long decks are not copied for every line.
   integer, parameter :: block = 65536
 
-  !> Text so far: `text(:length)`.
-  type :: echo_type
+  !> Lines of text so far: `text(:length)`.
+  type :: lines_type
     integer :: length = 0
     character(len=:), allocatable :: text
   contains
     procedure :: line
-  end type echo_type
+  end type lines_type
 
   !> Visitor that describes the fields: parameters and data lines for the check of cards, help and the deck reference.
   type, extends(card_fields_type) :: describer_type
@@ -65,7 +65,7 @@ module qsmpm_card_visitors
     !> A column of the row has no value: those after it are named.
     logical :: named = .false.
     !> Complete rows, and the incomplete one.
-    type(echo_type) :: rows
+    type(lines_type) :: rows
     character(len=:), allocatable :: current
   contains
     procedure :: visit => write_field, visit_all => write_all, begin_data => write_data, row => write_row, &
@@ -350,7 +350,7 @@ contains
   !> Writes the card to the echo.
   subroutine finish(self, echo)
     class(writer_type), intent(inout) :: self
-    type(echo_type), intent(inout) :: echo
+    type(lines_type), intent(inout) :: echo
     character(len=:), allocatable :: line, piece
     integer :: i
 
@@ -376,7 +376,7 @@ contains
 
   !> Writes a line.
   pure subroutine line(self, text)
-    class(echo_type), intent(inout) :: self
+    class(lines_type), intent(inout) :: self
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: longer
     integer :: needed

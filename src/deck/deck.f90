@@ -17,7 +17,7 @@ module qsmpm_deck
   use qsmpm_cards, only: line_list_type, cut_lines, card_type, make_cards, word_at
   use qsmpm_deck_state, only: deck_state_type, list_mesh, empty_deck, open_item, go_to_item, count_items, &
     check_new_name, list_phases, list_points
-  use qsmpm_card_visitors, only: card_reader_type, reader, writer_type, writer, echo_type
+  use qsmpm_card_visitors, only: card_reader_type, reader, writer_type, writer, lines_type
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, once, position_of, &
     model_words
   use qsmpm_keywords, only: make_table
@@ -278,7 +278,7 @@ contains
     character(len=:), allocatable, intent(out) :: text
     type(table_type) :: table
     type(deck_state_type) :: deck
-    type(echo_type) :: echo
+    type(lines_type) :: echo
     integer :: i
 
     deck%analysis = analysis
@@ -301,7 +301,7 @@ contains
     !> Only those of the current phase.
     logical, intent(in) :: in_phase
     type(deck_state_type), intent(inout) :: deck
-    type(echo_type), intent(inout) :: echo
+    type(lines_type), intent(inout) :: echo
     integer :: first, last, list, i, k
 
     first = 1
@@ -340,7 +340,7 @@ contains
   subroutine write_card(entry, deck, echo)
     type(keyword_type), intent(in) :: entry
     type(deck_state_type), intent(inout) :: deck
-    type(echo_type), intent(inout) :: echo
+    type(lines_type), intent(inout) :: echo
     type(writer_type) :: fields
 
     fields = writer(entry%name, deck%dimension)

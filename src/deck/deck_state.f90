@@ -58,7 +58,7 @@ module qsmpm_deck_state
     !> Positions of the data lines of the elements of a mesh in the deck.
     type(line_origin_type), allocatable :: element_places(:)
   contains
-    procedure :: report_error, error_at, refuse, refuse_row, error_from, check_once, warn
+    procedure :: report_error, error_at, refuse, refuse_row, error_from, check_once, warn, find_file
   end type deck_state_type
 
   !> Checks that a name is among those of a list, or among words.
@@ -179,6 +179,21 @@ contains
 
     path = absolute_path(joined(directory_of(card%place%file), card%value(parameter)))
   end function beside_deck
+
+  !> Returns the full path of a file that a parameter of the card names, and checks that it exists; an empty name has
+  !> already been reported.
+  subroutine find_file(self, parameter, path)
+    class(deck_state_type), intent(inout) :: self
+    character(len=*), intent(in) :: parameter
+    character(len=:), allocatable, intent(out) :: path
+    logical :: there
+
+    path = beside_deck(self%card, parameter)
+    if (len(self%card%value(parameter)) == 0) return
+    inquire (file=path, exist=there)
+    if (.not. there) call self%report_error("there is no file '"//joined(directory_of(self%card%place%file), &
+      self%card%value(parameter))//"'")
+  end subroutine find_file
 
   !> Checks that a name is among those of a list.
   subroutine check_named(state, name, list, where, keyword, what)

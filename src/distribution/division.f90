@@ -22,7 +22,7 @@ module qsmpm_division
   use qsmpm_model_window, only: least_margin, usual_margin, fit_window, lay_window
   use qsmpm_grid, only: grid_type
   use qsmpm_grid_window, only: window_type, operator(==), cell_place, cells_over, holds, hull, widen
-  use qsmpm_kept_arrays, only: clear_nodal
+  use qsmpm_kept_arrays, only: kept_arrays_type, clear_nodal
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
   use qsmpm_outline_surfaces, only: is_laid_anew
@@ -40,6 +40,13 @@ module qsmpm_division
   implicit none
   private
 
+  !> Nodal values by node labels: reactions and released forces (dimension, labels), arrays of the terms.
+  type :: node_values_type
+    integer, allocatable :: labels(:)
+    real(wp), allocatable :: reactions(:, :), released(:, :)
+    type(kept_arrays_type) :: kept
+  end type node_values_type
+
   !> Numbers of a census: four for each of three sets.
   integer, parameter :: census_size = 12
 
@@ -55,8 +62,9 @@ module qsmpm_division
 
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
 
-  public :: share_cells, divide_model, enter_team, refuse_short, settle_part, settle_near, divide_anew, division_text, &
-    join_model, look_at_all, migrate_points, unevenness, ring_of, rows_of
+  public :: node_values_type, put_node_values, kept_count, share_cells, divide_model, enter_team, refuse_short, &
+    settle_part, settle_near, divide_anew, division_text, join_model, look_at_all, migrate_points, unevenness, &
+    ring_of, rows_of
 
 contains
 
@@ -130,8 +138,7 @@ contains
     !> error_other: points were lost or duplicated.
     type(error_type), allocatable, intent(out) :: error
     class(cell_owners_type), allocatable :: owners
-    integer, allocatable :: labels(:)
-    real(wp), allocatable :: forces(:, :)
+    type(node_values_type) :: nodes
     integer(long) :: before(census_size)
     logical :: short
 
@@ -139,14 +146,14 @@ contains
     call share_model(model, model%part%team%ranks, rows_of(model%analysis), owners, short)
     ! With too few cells the distribution is not changed.
     if (short) return
-    call collect_forces(model, labels, forces)
+    call collect_forces(model, nodes)
     call move_alloc(owners, model%part%owners)
     call reset_copies(model%part)
     call send_all(model, .false.)
     call look_at(model, .true.)
     model%state%reactions = 0.0_wp
     model%state%released = 0.0_wp
-    call put_forces(model, labels, forces)
+    call put_node_values(model, nodes)
     if (any(census(model) /= before)) call fail(error, error_other, lost)
   end subroutine divide_anew
 
@@ -288,13 +295,12 @@ contains
     type(model_type), intent(inout) :: model
     type(error_type), allocatable, intent(out) :: error
     type(own_part_type) :: alone
-    integer, allocatable :: labels(:)
-    real(wp), allocatable :: forces(:, :)
+    type(node_values_type) :: nodes
     integer(long) :: before(census_size)
 
     if (.not. is_divided(model%part)) return
     before = census(model)
-    call collect_forces(model, labels, forces)
+    call collect_forces(model, nodes)
     call send_all(model, .true.)
     associate (state => model%state)
       state%inactive%points = model%part%waiting
@@ -306,7 +312,7 @@ contains
     end associate
     if (allocated(error)) return
     call look_at_all(model)
-    call put_forces(model, labels, forces)
+    call put_node_values(model, nodes)
   end subroutine join_model
 
   !> Generates the window with the points and places of all processes, before there are forces or nodal data. On entry
@@ -531,12 +537,11 @@ contains
   end function numbers_of
 
   !> Collects reactions and released forces at the own nodes of all processes, if any.
-  subroutine collect_forces(model, labels, forces)
+  subroutine collect_forces(model, nodes)
     type(model_type), intent(in) :: model
-    !> Labels of the nodes, and their forces (2 dimension, nodes).
-    integer, allocatable, intent(out) :: labels(:)
-    real(wp), allocatable, intent(out) :: forces(:, :)
-    integer(long), allocatable :: got_labels(:)
+    !> Without arrays of the terms.
+    type(node_values_type), intent(out) :: nodes
+    integer(long), allocatable :: labels(:)
     real(wp), allocatable :: table(:, :), got(:)
     integer, allocatable :: chosen(:), first(:)
     integer :: d, i, n, r
@@ -551,29 +556,40 @@ contains
       table(d + 1:, :) = released(:, chosen)
       ! The same data for every process.
       call hand_over(part%team, [((int(node_label(model%space, model%mesh, chosen(i)), long), i=1, n), &
-        r=1, part%team%ranks)], [(1 + n*r, r=0, part%team%ranks)], got_labels, first)
+        r=1, part%team%ranks)], [(1 + n*r, r=0, part%team%ranks)], labels, first)
       call hand_over(part%team, [(table, r=1, part%team%ranks)], [(1 + 2*d*n*r, r=0, part%team%ranks)], got, first)
     end associate
-    labels = int(got_labels)
-    forces = reshape(got, [2*d, size(labels)])
+    nodes%labels = int(labels)
+    table = reshape(got, [2*d, size(labels)])
+    nodes%reactions = table(:d, :)
+    nodes%released = table(d + 1:, :)
   end subroutine collect_forces
 
-  !> Assigns the forces to the nodes of the window.
-  pure subroutine put_forces(model, labels, forces)
+  !> Sets the values at the nodes of a model that have them; arrays of the terms are zero at the others.
+  subroutine put_node_values(model, nodes)
     type(model_type), intent(inout) :: model
-    integer, intent(in) :: labels(:)
-    !> (2 dimension, labels)
-    real(wp), intent(in) :: forces(:, :)
-    integer :: order(size(labels)), sorted(size(labels)), a, d, k
+    type(node_values_type), intent(in) :: nodes
+    integer :: order(size(nodes%labels)), sorted(size(nodes%labels)), a, i, k
 
-    d = size(model%state%reactions, 1)
-    call order_columns(reshape(labels, [1, size(labels)]), order)
-    sorted = labels(order)
+    if (kept_count(nodes%kept) > 0) call clear_nodal(model%state%kept, model%space%node_count)
+    call order_columns(reshape(nodes%labels, [1, size(order)]), order)
+    sorted = nodes%labels(order)
     do a = 1, model%space%node_count
       k = place_in_order(sorted, node_label(model%space, model%mesh, a))
       if (k == 0) cycle
-      model%state%reactions(:, a) = forces(:d, order(k))
-      model%state%released(:, a) = forces(d + 1:, order(k))
+      model%state%reactions(:, a) = nodes%reactions(:, order(k))
+      model%state%released(:, a) = nodes%released(:, order(k))
+      do i = 1, kept_count(nodes%kept)
+        if (nodes%kept%list(i)%nodal) model%state%kept%list(i)%values(:, a) = nodes%kept%list(i)%values(:, order(k))
+      end do
     end do
-  end subroutine put_forces
+  end subroutine put_node_values
+
+  !> Returns the number of arrays of the terms.
+  pure integer function kept_count(kept)
+    type(kept_arrays_type), intent(in) :: kept
+
+    kept_count = 0
+    if (allocated(kept%list)) kept_count = size(kept%list)
+  end function kept_count
 end module qsmpm_division

@@ -6,6 +6,7 @@ module qsmpm_point
   use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_stopwatch, only: clock_type, start_clock, cpu_seconds, wall_seconds
+  use qsmpm_card_visitors, only: lines_type
   use qsmpm_deck, only: read_deck, echo_text
   use qsmpm_keyword_table, only: test_words, kinematics_words
   use qsmpm_error, only: error_type, error_deck, error_other, error_not_converged, fail, prefix
@@ -47,9 +48,9 @@ module qsmpm_point
     type(batch_type) :: batch
     type(ramp_type), allocatable :: ramps(:)
     type(point_statistics_type) :: statistics
-    !> Table and log so far: `curves(:length)`.
-    character(len=:), allocatable :: curves, log
-    integer :: length = 0
+    !> Table and log so far.
+    type(lines_type) :: curves
+    character(len=:), allocatable :: log
     logical :: tangent = .false.
   end type bench_type
 
@@ -176,7 +177,7 @@ contains
     else
       bench%log = bench%log//finished_line//newline
     end if
-    call write_text(directory//'/curves.csv', bench%curves(:bench%length), trouble, durable=.false.)
+    call write_text(directory//'/curves.csv', bench%curves%text(:bench%curves%length), trouble, durable=.false.)
     if (.not. allocated(trouble)) call write_timing(directory, &
       timing_type(cpu=cpu_seconds(clock), wall=wall_seconds(clock)), trouble)
     if (.not. allocated(trouble)) call write_text(directory//'/job.log', bench%log, trouble, durable=.false.)
@@ -212,11 +213,10 @@ contains
       call prepare_point(bench%law, bench%batch)
       bench%batch%cell_size = measured_width(analysis)
       call begin_ramps(test, bench%ramps)
-      allocate (character(len=65536) :: bench%curves)
-      call put(bench, point_header(test, analysis%force_unit//'/'//analysis%length_unit//'^2', bench%law, &
+      call bench%curves%line(point_header(test, analysis%force_unit//'/'//analysis%length_unit//'^2', bench%law, &
         bench%tangent))
       row%time = test%start_time
-      call put(bench, point_row(test, bench%law, bench%point, row, bench%tangent))
+      call bench%curves%line(point_row(test, bench%law, bench%point, row, bench%tangent))
       do i = 1, size(test%stages)
         row%stage = i
         row%increments = 0
@@ -267,7 +267,7 @@ contains
         row%load_factor = (real(number - 1, wp) + real(k, wp)/real(stage%steps, wp))/rows
         if (bench%tangent) call take_tangent(bench%statistics, bench%law, bench%batch, row%step, row%tangent_error)
         bench%statistics%steps = row%step
-        call put(bench, point_row(test, bench%law, bench%point, row, bench%tangent))
+        call bench%curves%line(point_row(test, bench%law, bench%point, row, bench%tangent))
       end do
     end associate
   end subroutine run_targets
@@ -342,20 +342,4 @@ contains
     smaller = 0.5_wp
     if (share > 0.0_wp) smaller = min(max(share, least_share), most_share)
   end function smaller
-
-  !> Appends a line to the table.
-  pure subroutine put(bench, line)
-    type(bench_type), intent(inout) :: bench
-    !> The line, without its newline.
-    character(len=*), intent(in) :: line
-    character(len=:), allocatable :: longer
-
-    if (bench%length + len(line) + 1 > len(bench%curves)) then
-      allocate (character(len=2*(bench%length + len(line) + 1)) :: longer)
-      longer(:bench%length) = bench%curves(:bench%length)
-      call move_alloc(longer, bench%curves)
-    end if
-    bench%curves(bench%length + 1:bench%length + len(line) + 1) = line//newline
-    bench%length = bench%length + len(line) + 1
-  end subroutine put
 end module qsmpm_point

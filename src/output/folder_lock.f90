@@ -9,7 +9,6 @@ module qsmpm_folder_lock
   use qsmpm_posix, only: lock_file, make_directory, system_message, unlock_file, remove_file, remove_numbered
   use qsmpm_file, only: file_exists
   use qsmpm_results, only: mechanism_part, results_folder
-  use qsmpm_picture_list, only: mechanism_mesh, mechanism_points
   implicit none
   private
 
@@ -26,8 +25,8 @@ module qsmpm_folder_lock
   integer, parameter :: has_failed = -1
 
   !> Beginnings of the names of pictures.
-  character(len=*), parameter :: pictures(4) = [character(len=len(mechanism_points)) :: 'points_', 'mesh_', &
-    mechanism_points, mechanism_mesh]
+  character(len=*), parameter :: pictures(4) = [character(len=len(mechanism_part) + 7) :: 'points_', 'mesh_', &
+    mechanism_part//'points_', mechanism_part//'mesh_']
 
 contains
 

@@ -25,7 +25,7 @@ module qsmpm_picture_list
   implicit none
   private
 
-  public :: picture_list_type, read_collection, write_fields, write_way_of_failure, write_safety
+  public :: picture_list_type, read_collection, write_fields, write_safety
 
   !> Pictures in the order of their steps.
   type :: picture_list_type
@@ -38,8 +38,6 @@ module qsmpm_picture_list
   character(len=*), parameter :: time_mark = 'timestep="', step_mark = 'file="points_'
 
   character(len=*), parameter, public :: safety_file = 'safety.json'
-  !> Beginnings of the names of mechanism pictures, followed by the phase number.
-  character(len=*), parameter, public :: mechanism_points = 'mechanism_points_', mechanism_mesh = 'mechanism_mesh_'
 
 contains
 
@@ -130,68 +128,46 @@ contains
     if (step <= last_step) call add_picture(list, step, time)
   end subroutine read_line
 
-  !> Writes the pictures and results of a state and their lists.
-  subroutine write_fields(directory, pictures, team, model, estimate, error)
+  !> Writes the pictures and results of a state, or of a failure mechanism, and their lists.
+  subroutine write_fields(directory, pictures, team, model, estimate, of_mechanism, error)
     character(len=*), intent(in) :: directory
-    !> Pictures so far; this one is added.
+    !> Pictures so far; that of a state is added.
     type(picture_list_type), intent(inout) :: pictures
     !> Processes that share the run.
     type(team_type), intent(in) :: team
     type(model_type), intent(in) :: model
     !> Estimated error of the stresses.
     type(stress_error_type), intent(in) :: estimate
+    !> Whether it is a failure mechanism: its files are numbered by the phase, and no collection contains them.
+    logical, intent(in) :: of_mechanism
     !> Set consistently on all processes when a file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: before, number
     logical :: leads, writes
 
     leads = team%rank == 0
     writes = leads .or. is_divided(model%part)
-    associate (step => model%state%progress%step, output => model%analysis%output)
-      call add_picture(pictures, step, phase_time(model))
+    associate (progress => model%state%progress, output => model%analysis%output)
+      before = ''
+      if (of_mechanism) before = mechanism_part
+      number = numbered(merge(progress%phase, progress%step, of_mechanism))
+      if (.not. of_mechanism) call add_picture(pictures, progress%step, phase_time(model))
       if (output%vtk .and. writes) then
-        call write_points_picture(directory, 'points_'//numbered(step), model, estimate, error)
-        if (.not. allocated(error)) call write_mesh_picture(directory, 'mesh_'//numbered(step), model, error)
+        call write_points_picture(directory, before//'points_'//number, model, estimate, error)
+        if (.not. allocated(error)) call write_mesh_picture(directory, before//'mesh_'//number, model, error)
       end if
-      if (output%vtk .and. leads) then
+      if (output%vtk .and. leads .and. .not. of_mechanism) then
         if (.not. allocated(error)) call write_collection(pictures, directory, 'points', error)
         if (.not. allocated(error)) call write_collection(pictures, directory, 'mesh', error)
       end if
       call agree(team, error)
       if (allocated(error) .or. .not. output%hdf5) return
-      if (writes) call write_state(directory, numbered(step), model, estimate, error)
-      if (leads .and. .not. allocated(error)) &
+      if (writes) call write_state(directory, before//number, model, estimate, error)
+      if (leads .and. .not. allocated(error) .and. allocated(pictures%steps)) &
         call write_results_index(directory, pictures%steps, error, size(model%analysis%phases))
       call agree(team, error)
     end associate
   end subroutine write_fields
-
-  !> Writes pictures and results of a failure mechanism.
-  subroutine write_way_of_failure(directory, pictures, team, model, estimate, error)
-    character(len=*), intent(in) :: directory
-    type(picture_list_type), intent(in) :: pictures
-    !> Processes that share the run.
-    type(team_type), intent(in) :: team
-    type(model_type), intent(in) :: model
-    !> Estimated error of the stresses.
-    type(stress_error_type), intent(in) :: estimate
-    !> Set consistently on all processes when a file is not completely written under its name.
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: number
-
-    ! Pictures and results of the mechanism.
-    if (team%rank == 0 .or. is_divided(model%part)) then
-      number = numbered(model%state%progress%phase)
-      if (model%analysis%output%vtk) then
-        call write_points_picture(directory, mechanism_points//number, model, estimate, error)
-        if (.not. allocated(error)) call write_mesh_picture(directory, mechanism_mesh//number, model, error)
-      end if
-      if (model%analysis%output%hdf5 .and. .not. allocated(error)) call write_state(directory, mechanism_part//number, &
-        model, estimate, error)
-    end if
-    if (team%rank == 0 .and. .not. allocated(error) .and. model%analysis%output%hdf5 .and. allocated(pictures%steps)) &
-      call write_results_index(directory, pictures%steps, error, size(model%analysis%phases))
-    call agree(team, error)
-  end subroutine write_way_of_failure
 
   !> Writes the factors of safety found so far.
   subroutine write_safety(directory, model, error)

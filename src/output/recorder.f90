@@ -24,8 +24,7 @@ module qsmpm_recorder
   use qsmpm_number_text, only: integer_text, newline, without_last_newline
   use qsmpm_own_part, only: is_divided
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_picture_list, only: picture_list_type, read_collection, write_fields, write_way_of_failure, safety_file, &
-    write_safety
+  use qsmpm_picture_list, only: picture_list_type, read_collection, write_fields, safety_file, write_safety
   use qsmpm_posix, only: signal_received
   use qsmpm_restart, only: write_restart, writes_kept_phases
   use qsmpm_step_length, only: phase_is_complete
@@ -265,7 +264,7 @@ contains
 
     if (self%picture_step >= 0 .or. self%options%continued) return
     self%picture_step = model%state%progress%step
-    call write_pictures(self, model, error)
+    call write_pictures(self, model, .false., error)
   end subroutine phase_begun
 
   !> Returns whether the whole model is required: results of a scene larger than the model are derived from it, or a
@@ -296,7 +295,7 @@ contains
       ' sub-steps, '//integer_text(record%rejected)//' rejected')
     call show_step(self%display, model, record)
     if (is_multiple(step, model%analysis%output%field_every)) then
-      call write_pictures(self, model, error)
+      call write_pictures(self, model, .false., error)
       if (allocated(error)) return
       self%picture_step = step
     end if
@@ -334,7 +333,7 @@ contains
     call write_log(self, 'end of phase '//integer_text(model%state%progress%phase)//" '"// &
       model%analysis%phases(model%state%progress%phase)%name//"'")
     call report_stress_error(self, model)
-    if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, error)
+    if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, .false., error)
     if (allocated(error)) return
     call save_restart(self, model, error)
     if (.not. leads(self)) return
@@ -355,15 +354,8 @@ contains
 
     if (.not. (model%analysis%output%vtk .or. model%analysis%output%hdf5)) return
     self%estimate_step = -1
-    call measure(self, model)
+    call write_pictures(self, model, .true., error)
     self%estimate_step = -1
-    if (is_reduced(self%options%whole)) then
-      call show_state(self%options%whole, model)
-      call write_way_of_failure(self%directory, self%pictures, self%options%team, self%options%whole%model, &
-        estimate_of_scene(self%options%whole, self%estimate), error)
-    else
-      call write_way_of_failure(self%directory, self%pictures, self%options%team, model, self%estimate, error)
-    end if
   end subroutine mechanism
 
   !> Reports the accuracy of the stresses and warns if it is insufficient.
@@ -499,24 +491,27 @@ contains
     ! without the interruption.
     if (allocated(error) .or. outcome%code == error_other) return
     if (by_signal) return
-    if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, error)
+    if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, .false., error)
   end subroutine keep_last_state
 
-  !> Writes the pictures and results of the current step; for a reduced model those of the scene.
-  subroutine write_pictures(recorder, model, error)
+  !> Writes the pictures and results of the current step, or of a failure mechanism; for a reduced model those of the
+  !> scene.
+  subroutine write_pictures(recorder, model, of_mechanism, error)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
+    logical, intent(in) :: of_mechanism
     !> Set when a file is not completely written under its name.
     type(error_type), allocatable, intent(out) :: error
 
     call measure(recorder, model)
     if (is_reduced(recorder%options%whole)) then
-      call follow_step(recorder%options%whole, model)
+      if (.not. of_mechanism) call follow_step(recorder%options%whole, model)
       call show_state(recorder%options%whole, model)
       call write_fields(recorder%directory, recorder%pictures, recorder%options%team, recorder%options%whole%model, &
-        estimate_of_scene(recorder%options%whole, recorder%estimate), error)
+        estimate_of_scene(recorder%options%whole, recorder%estimate), of_mechanism, error)
     else
-      call write_fields(recorder%directory, recorder%pictures, recorder%options%team, model, recorder%estimate, error)
+      call write_fields(recorder%directory, recorder%pictures, recorder%options%team, model, recorder%estimate, &
+        of_mechanism, error)
     end if
   end subroutine write_pictures
 

@@ -11,6 +11,7 @@ module qsmpm_restart
   use qsmpm_active_bodies, only: has_stages
   use qsmpm_agreement, only: agree
   use qsmpm_cell_numbers, only: whole_of
+  use qsmpm_division, only: node_values_type, put_node_values
   use qsmpm_error, only: error_type
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_attribute, save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_attribute, find_group, note_reason, close_reader, &
@@ -22,8 +23,8 @@ module qsmpm_restart
   use qsmpm_points, only: points_type, allocate_watched
   use qsmpm_model_window, only: restore
   use qsmpm_restart_division, only: read_divided
-  use qsmpm_restart_rows, only: node_values_type, node_labels, put_state, put_own, share_reason, get_node_values, &
-    lay_joined, put_node_values, get_carried, get_kept, get_mesh, size_set, get_progress
+  use qsmpm_restart_rows, only: node_labels, put_state, put_own, share_reason, get_node_values, lay_joined, &
+    get_carried, get_kept, get_mesh, size_set, get_progress
   use qsmpm_shared_file, only: check_shared_seal
   use qsmpm_state_check, only: check_state
   use qsmpm_team, only: team_type

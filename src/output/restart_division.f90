@@ -10,7 +10,8 @@ module qsmpm_restart_division
   use qsmpm_agreement, only: any_of
   use qsmpm_cell_numbers, only: number_all, whole_cells, whole_of
   use qsmpm_cell_sharing, only: has_boxes, share_by_cells
-  use qsmpm_division, only: enter_team, join_model, refuse_short, rows_of, settle_near
+  use qsmpm_division, only: node_values_type, put_node_values, enter_team, join_model, refuse_short, rows_of, &
+    settle_near
   use qsmpm_error, only: error_type
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_hdf5_reader, only: reader_type, get_attribute, note_reason, block_rows, count_rows, get_rows
@@ -21,8 +22,8 @@ module qsmpm_restart_division
   use qsmpm_point_delivery, only: sort_by_number
   use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: carried_type, points_type, allocate_surface_points, allocate_watched
-  use qsmpm_restart_rows, only: node_values_type, get_node_values, put_node_values, share_reason, get_carried, &
-    get_kept, get_mesh, get_some, size_set, get_progress
+  use qsmpm_restart_rows, only: get_node_values, share_reason, get_carried, get_kept, get_mesh, get_some, size_set, &
+    get_progress
   use qsmpm_state_check, only: check_state, places_reason
   use qsmpm_surface_refinement, only: needs_refining
   use qsmpm_team, only: team_type

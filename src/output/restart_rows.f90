@@ -8,7 +8,7 @@ module qsmpm_restart_rows
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: lowest_rank, spread_text
   use qsmpm_cell_numbers, only: whole_cells, whole_of
-  use qsmpm_division, only: look_at_all
+  use qsmpm_division, only: node_values_type, kept_count, look_at_all
   use qsmpm_hdf5_image, only: image_type, put_group, put_array, put_attribute
   use qsmpm_hdf5_reader, only: reader_type, get_array, note_reason, get_attribute, first_extent, &
     count_rows, get_rows
@@ -17,7 +17,6 @@ module qsmpm_restart_rows
   use qsmpm_point_delivery, only: sort_by_number
   use qsmpm_point_selection, only: select_points, allocate_like
   use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points
-  use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_space, only: node_label
   use qsmpm_team, only: team_type, total
   use qsmpm_grid_window, only: window_type
@@ -27,15 +26,8 @@ module qsmpm_restart_rows
   implicit none
   private
 
-  public :: node_values_type, put_state, put_own, share_reason, get_node_values, lay_joined, put_node_values, &
-    size_set, get_carried, get_some, get_kept, get_mesh, get_progress
-
-  !> Nodal values by node labels: reactions and released forces (dimension, labels), arrays of the terms.
-  type :: node_values_type
-    integer, allocatable :: labels(:)
-    real(wp), allocatable :: reactions(:, :), released(:, :)
-    type(kept_arrays_type) :: kept
-  end type node_values_type
+  public :: put_state, put_own, share_reason, get_node_values, lay_joined, size_set, get_carried, &
+    get_some, get_kept, get_mesh, get_progress
 
   !> Dataset of the labels; absent in the file of a single process.
   character(len=*), parameter, public :: node_labels = '/mesh/node_labels'
@@ -211,26 +203,6 @@ contains
     state = model%state
   end subroutine lay_joined
 
-  !> Sets the values at the nodes of a model that have them; arrays of the terms are zero at the others.
-  subroutine put_node_values(model, nodes)
-    type(model_type), intent(inout) :: model
-    type(node_values_type), intent(in) :: nodes
-    integer :: order(size(nodes%labels)), sorted(size(nodes%labels)), a, i, k
-
-    call clear_nodal(model%state%kept, model%space%node_count)
-    call order_columns(reshape(nodes%labels, [1, size(order)]), order)
-    sorted = nodes%labels(order)
-    do a = 1, model%space%node_count
-      k = place_in_order(sorted, node_label(model%space, model%mesh, a))
-      if (k == 0) cycle
-      model%state%reactions(:, a) = nodes%reactions(:, order(k))
-      model%state%released(:, a) = nodes%released(:, order(k))
-      do i = 1, kept_count(nodes%kept)
-        if (nodes%kept%list(i)%nodal) model%state%kept%list(i)%values(:, a) = nodes%kept%list(i)%values(:, order(k))
-      end do
-    end do
-  end subroutine put_node_values
-
   !> Writes the arrays of the terms.
   subroutine put_kept(image, group, kept, rows)
     type(image_type), intent(inout) :: image
@@ -246,14 +218,6 @@ contains
       call put_array(image, group//'/'//kept%list(i)%name, kept%list(i)%values, rows .and. kept%list(i)%nodal)
     end do
   end subroutine put_kept
-
-  !> Returns the number of arrays of the terms.
-  pure integer function kept_count(kept)
-    type(kept_arrays_type), intent(in) :: kept
-
-    kept_count = 0
-    if (allocated(kept%list)) kept_count = size(kept%list)
-  end function kept_count
 
   !> Reads the arrays of the terms: those of the file must be those of the analysis.
   subroutine get_kept(reader, group, kept, nodal)

@@ -5,6 +5,7 @@
 !> The axis of the specimen is y, as is the height in simple shear.
 module qsmpm_point_test
   use qsmpm_kinds, only: wp
+  use qsmpm_source_line, only: source_line_type
   implicit none
   private
 
@@ -36,9 +37,7 @@ module qsmpm_point_test
 
   !> A stage of a test: quantities vary from their current values to their targets. With a table every row is a target.
   type :: point_stage_type
-    !> File and line of the keyword.
-    character(len=:), allocatable :: file
-    integer :: line = 0
+    type(source_line_type) :: where
     !> Number of steps to each target.
     integer :: steps = 50
     !> Duration of the stage, for time-dependent models; for a table with a time column, the time of each row from the
@@ -56,8 +55,7 @@ module qsmpm_point_test
   !> A laboratory test on one point.
   type :: point_test_type
     logical :: given = .false.
-    character(len=:), allocatable :: file
-    integer :: line = 0
+    type(source_line_type) :: where
     integer :: kind = test_path
     character(len=:), allocatable :: material
     !> 2 or 3: dimension of the law.

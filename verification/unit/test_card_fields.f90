@@ -4,7 +4,7 @@ module test_card_fields
   use qsmpm_kinds, only: wp
   use qsmpm_card_check, only: check_card
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_card_visitors, only: card_reader_type, writer_type, reader, writer, echo_type
+  use qsmpm_card_visitors, only: card_reader_type, writer_type, reader, writer, lines_type
   use qsmpm_cards, only: card_type, make_cards, line_list_type, cut_lines
   use qsmpm_deck_help, only: explanation
   use qsmpm_deck_state, only: deck_state_type
@@ -108,7 +108,7 @@ contains
     character(len=:), allocatable :: text
     type(sample_type) :: sample
     type(writer_type) :: fields
-    type(echo_type) :: echo
+    type(lines_type) :: echo
 
     sample = from
     fields = writer('SAMPLE', 2)

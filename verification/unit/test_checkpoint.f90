@@ -25,7 +25,7 @@ module test_checkpoint
   use qsmpm_phases, only: step_loop_type
   use qsmpm_points, only: points_type, start_strains, start_water
   use qsmpm_restart, only: read_restart, write_restart
-  use qsmpm_restart_rows, only: node_values_type, put_node_values
+  use qsmpm_division, only: node_values_type, put_node_values
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, restore_checkpoint

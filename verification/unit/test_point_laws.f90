@@ -105,14 +105,14 @@ contains
 
     call run('*MATERIAL, NAME=m|'//brittle//'*SOFTENING, REGULARISATION=NONE| 1, 20, 0, 0.05|*POINT TEST, '// &
       'TYPE=OEDOMETER|*POINT STAGE, STEPS=1| AXIAL STRAIN, 0.01|', bench)
-    first = index(bench%curves, new_line('a'))
-    second = first + index(bench%curves(first + 1:), new_line('a'))
+    first = index(bench%curves%text, new_line('a'))
+    second = first + index(bench%curves%text(first + 1:), new_line('a'))
     call tests%check('the last column is the named state', &
-      index(bench%curves(:first), ',plastic_shear_strain'//new_line('a')) > 0)
-    call tests%check('it is the only one of the state', index(bench%curves(:first), 'state_') == 0)
+      index(bench%curves%text(:first), ',plastic_shear_strain'//new_line('a')) > 0)
+    call tests%check('it is the only one of the state', index(bench%curves%text(:first), 'state_') == 0)
     columns = 0
     do i = 1, second
-      if (bench%curves(i:i) == ',') columns(merge(1, 2, i <= first)) = columns(merge(1, 2, i <= first)) + 1
+      if (bench%curves%text(i:i) == ',') columns(merge(1, 2, i <= first)) = columns(merge(1, 2, i <= first)) + 1
     end do
     call tests%check('rows have as many columns as the header', columns(1) == columns(2))
     call run('*MATERIAL, NAME=m|'//brittle//'*POINT TEST, TYPE=OEDOMETER, START TIME=5|*POINT STAGE, STEPS=2, TIME=3|'// &
@@ -130,12 +130,12 @@ contains
 
       begin = 1
       do k = 1, row
-        begin = begin + index(bench%curves(begin:), new_line('a'))
+        begin = begin + index(bench%curves%text(begin:), new_line('a'))
       end do
       do k = 1, 6
-        begin = begin + index(bench%curves(begin:), ',')
+        begin = begin + index(bench%curves%text(begin:), ',')
       end do
-      read (bench%curves(begin:begin + index(bench%curves(begin:), ',') - 2), *) time
+      read (bench%curves%text(begin:begin + index(bench%curves%text(begin:), ',') - 2), *) time
     end function time_of
   end subroutine check_columns
 end module test_point_laws

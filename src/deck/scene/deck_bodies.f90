@@ -5,7 +5,7 @@ module qsmpm_deck_bodies
     select_outline, mesh_fitted, mesh_grid, mesh_inline
   use qsmpm_cards, only: whole_at
   use qsmpm_card_fields, only: card_fields_type, column_type
-  use qsmpm_deck_state, only: deck_state_type, check_name, beside_deck, list_node_sets, list_element_sets, &
+  use qsmpm_deck_state, only: deck_state_type, check_name, list_node_sets, list_element_sets, &
     list_surfaces, list_bodies, list_points
   use qsmpm_keyword_table, only: table_type, in_model, many, bar_list, axis_words, surface_words, shape_words
   use qsmpm_named, only: place_named
@@ -13,7 +13,6 @@ module qsmpm_deck_bodies
   use qsmpm_element, only: element_from_name, allowed_counts
   use qsmpm_polygon, only: polygon_area
   use qsmpm_text, only: integer_list, integer_text
-  use qsmpm_file, only: directory_of, joined
   implicit none
   private
 
@@ -285,9 +284,10 @@ contains
       column_type('y', 'coordinate')], polygon, when='SHAPE=POLYGON')
   end subroutine polygon_fields
 
-  !> Checks that the data of a shape are complete.
+  !> Checks that the data of a shape are complete; the file of a polyhedron is read when the model is built.
   subroutine finish_body(state)
     type(deck_state_type), intent(inout) :: state
+    character(len=:), allocatable :: file
 
     select case (state%analysis%bodies(state%item)%kind)
     case (body_box)
@@ -297,27 +297,12 @@ contains
     case (body_region)
       if (.not. state%card%has('REGION')) call state%report_error('SHAPE=REGION requires the parameter REGION')
     case (body_polyhedron)
-      call find_file(state)
+      if (state%dimension == 2) call state%report_error('SHAPE=POLYHEDRON is for 3D models')
+      if (.not. state%card%has('INPUT')) call state%report_error('SHAPE=POLYHEDRON requires the parameter INPUT')
+      call state%find_file('INPUT', file)
+      state%analysis%bodies(state%item)%file = file
     end select
   end subroutine finish_body
-
-  !> Finds the file of a polyhedron, which is read when the model is built.
-  subroutine find_file(state)
-    type(deck_state_type), intent(inout) :: state
-    logical :: there
-
-    if (state%dimension == 2) call state%report_error('SHAPE=POLYHEDRON is for 3D models')
-    if (.not. state%card%has('INPUT')) then
-      call state%report_error('SHAPE=POLYHEDRON requires the parameter INPUT')
-    else if (len(state%card%value('INPUT')) > 0) then
-      associate (body => state%analysis%bodies(state%item))
-        body%file = beside_deck(state%card, 'INPUT')
-        inquire (file=body%file, exist=there)
-      end associate
-      if (.not. there) call state%report_error("there is no file '"//joined(directory_of(state%card%place%file), &
-        state%card%value('INPUT'))//"'")
-    end if
-  end subroutine find_file
 
   !> Checks that a polygon encloses an area, and orients it counter-clockwise.
   subroutine finish_polygon(polygon, state)

@@ -8,11 +8,11 @@ module qsmpm_deck_mesh
   use qsmpm_cards, only: row_type, number_at, word_at, whole_at
   use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_card_items, only: in_range
-  use qsmpm_deck_state, only: deck_state_type, source_line, beside_deck, list_mesh
+  use qsmpm_deck_state, only: deck_state_type, source_line, list_mesh
   use qsmpm_keyword_table, only: table_type, in_model, once, many, bar_list, position_of, diagonal_words, &
     element_words, axis_words, format_words
   use qsmpm_card_visitors, only: numbers
-  use qsmpm_file, only: directory_of, joined, extension_of
+  use qsmpm_file, only: extension_of
   use qsmpm_messages, only: severity_error
   implicit none
   private
@@ -325,15 +325,12 @@ contains
   !> Checks that the file exists and that its format is known.
   subroutine finish_file(state)
     type(deck_state_type), intent(inout) :: state
-    logical :: there
+    character(len=:), allocatable :: path
 
+    call state%find_file('INPUT', path)
     associate (mesh => state%analysis%mesh)
-      mesh%file = beside_deck(state%card, 'INPUT')
-      if (len(state%card%value('INPUT')) == 0) return
-      inquire (file=mesh%file, exist=there)
-      if (.not. there) call state%report_error("there is no file '"//joined(directory_of(state%card%place%file), &
-        state%card%value('INPUT'))//"'")
-      if (len(mesh%format) > 0) return
+      mesh%file = path
+      if (len(mesh%format) > 0 .or. len(state%card%value('INPUT')) == 0) return
       select case (upper(extension_of(mesh%file)))
       case ('.MSH')
         mesh%format = 'GMSH'

@@ -11,7 +11,6 @@ module qsmpm_deck_point
     driven_deviator, driven_cell_pressure, driven_shear_strain, driven_shear_stress, driven_normal_stress, &
     driven_pressure, driven_volumetric_strain, driven_gradient, driven_strain, driven_stress, driven_row, driven_column
   use qsmpm_mesh_description, only: mesh_none
-  use qsmpm_source_line, only: source_line_type
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_messages, only: severity_error
   use qsmpm_file, only: read_text
@@ -49,11 +48,8 @@ contains
 
     associate (test => deck%analysis%point_test)
       call fields%given(test%given)
-      if (fields%reading) then
-        test%file = fields%here%file
-        test%line = fields%here%line
-        test%kind = 0
-      end if
+      call fields%line(test%where)
+      if (fields%reading) test%kind = 0
       call fields%choice('TYPE', test%kind, bar_list(test_words), 'OEDOMETER: no lateral strain. TRIAXIAL DRAINED: '// &
         'constant lateral stress. TRIAXIAL UNDRAINED: constant volume, equal lateral strains. BIAXIAL: no strain '// &
         'along z, constant stress along x. SIMPLE SHEAR: no lateral strain, top moves along x. ISOTROPIC: equal '// &
@@ -104,10 +100,7 @@ contains
     logical :: duration_given
 
     associate (stage => deck%analysis%point_test%stages(deck%item))
-      if (fields%reading) then
-        stage%file = fields%here%file
-        stage%line = fields%here%line
-      end if
+      call fields%line(stage%where)
       ! Without the parameter the number of steps follows from the data.
       steps = merge(stage%steps, 0, fields%writing)
       call fields%whole('STEPS', steps, 'steps of the stage, 50 when not given; with INPUT steps per row, 1 when '// &
@@ -176,7 +169,7 @@ contains
     associate (analysis => state%analysis, test => state%analysis%point_test)
       if (.not. allocated(test%stages)) allocate (test%stages(0))
       if (.not. test%given) then
-        if (size(test%stages) > 0) call state%error_from(stage_place(state, 1), 'POINT STAGE', &
+        if (size(test%stages) > 0) call state%error_from(test%stages(1)%where, 'POINT STAGE', &
           'belongs to a *POINT TEST, and the deck has none')
         if (test%stress_given .and. size(test%stages) == 0) call state%messages%add(severity_error, state%last, &
           'INITIAL STRESS', 'belongs to a *POINT TEST, and the deck has none')
@@ -184,7 +177,7 @@ contains
       end if
       if (state%model_given .or. analysis%mesh%kind /= mesh_none .or. size(analysis%bodies) > 0 &
           .or. size(analysis%phases) > 0 .or. analysis%confinement > 0.0_wp) &
-        call state%error_from(test_place(state), 'POINT TEST', 'a point test has no *MODEL, mesh, *BODY, '// &
+        call state%error_from(test%where, 'POINT TEST', 'a point test has no *MODEL, mesh, *BODY, '// &
         '*CONFINING PRESSURE or *PHASE: use a separate deck')
       if (size(analysis%materials) == 0) call state%messages%add(severity_error, state%last, 'MATERIAL', &
         'the deck has no material')
@@ -200,23 +193,6 @@ contains
     end do
   end subroutine check_point_deck
 
-  !> Position of the test in the deck.
-  pure type(source_line_type) function test_place(state) result(where)
-    type(deck_state_type), intent(in) :: state
-
-    where%file = state%analysis%point_test%file
-    where%line = state%analysis%point_test%line
-  end function test_place
-
-  !> Position of a stage in the deck.
-  pure type(source_line_type) function stage_place(state, number) result(where)
-    type(deck_state_type), intent(in) :: state
-    integer, intent(in) :: number
-
-    where%file = state%analysis%point_test%stages(number)%file
-    where%line = state%analysis%point_test%stages(number)%line
-  end function stage_place
-
   !> Selects the only material, or the named one.
   subroutine choose_material(state)
     type(deck_state_type), intent(inout) :: state
@@ -225,11 +201,11 @@ contains
       if (size(materials) == 0) return
       if (len(test%material) == 0) then
         test%material = materials(1)%name
-        if (size(materials) > 1) call state%error_from(test_place(state), 'POINT TEST', &
+        if (size(materials) > 1) call state%error_from(test%where, 'POINT TEST', &
           'the deck has several materials: select one by MATERIAL=')
         return
       end if
-      call check_name(state, test%material, materials, test_place(state), 'POINT TEST', 'material')
+      call check_name(state, test%material, materials, test%where, 'POINT TEST', 'material')
     end associate
   end subroutine choose_material
 
@@ -241,12 +217,12 @@ contains
       if (test%cell_given .and. .not. test%stress_given) test%stress(:3) = -test%cell_pressure
       if (.not. test%cell_given) test%cell_pressure = -test%stress(1)
       if (test%cell_given .and. test%stress_given .and. test%kind /= test_undrained) call state%error_from( &
-        test_place(state), 'POINT TEST', 'give either CELL PRESSURE or *INITIAL STRESS; only an undrained test '// &
+        test%where, 'POINT TEST', 'give either CELL PRESSURE or *INITIAL STRESS; only an undrained test '// &
       'has both')
       if (any(test%kind == [test_drained, test_undrained, test_biaxial]) .and. .not. test%cell_given &
-          .and. .not. test%stress_given) call state%error_from(test_place(state), 'POINT TEST', &
+          .and. .not. test%stress_given) call state%error_from(test%where, 'POINT TEST', &
         trim(test_words(test%kind))//' requires a CELL PRESSURE or an *INITIAL STRESS')
-      if (test%dimension == 2 .and. any(abs(test%stress(5:6)) > 0.0_wp)) call state%error_from(test_place(state), &
+      if (test%dimension == 2 .and. any(abs(test%stress(5:6)) > 0.0_wp)) call state%error_from(test%where, &
         'POINT TEST', 'the initial stress has components 13 or 23, which require DIMENSION=3')
     end associate
   end subroutine check_start
@@ -262,7 +238,7 @@ contains
       if (len(stage%table) == 0) return
       call read_text(stage%table, text, error)
       if (allocated(error)) then
-        call state%error_from(stage_place(state, number), 'POINT STAGE', "there is no file '"//stage%table//"'")
+        call state%error_from(stage%where, 'POINT STAGE', "there is no file '"//stage%table//"'")
         return
       end if
       call parse_targets(stage%table, text, analysis%force_unit//'/'//analysis%length_unit//'^2', &
@@ -273,7 +249,7 @@ contains
         stage%duration = stage%times(size(stage%times))
       end if
       if (allocated(error)) then
-        call state%error_from(stage_place(state, number), 'POINT STAGE', error%message)
+        call state%error_from(stage%where, 'POINT STAGE', error%message)
         if (allocated(stage%driven_components)) deallocate (stage%driven_components)
         allocate (stage%driven_components(0))
       end if
@@ -313,7 +289,7 @@ contains
     subroutine report_error(sentence)
       character(len=*), intent(in) :: sentence
 
-      call state%error_from(stage_place(state, number), 'POINT STAGE', sentence)
+      call state%error_from(state%analysis%point_test%stages(number)%where, 'POINT STAGE', sentence)
     end subroutine report_error
   end subroutine check_stage
 
