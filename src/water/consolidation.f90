@@ -177,8 +177,8 @@ contains
           way = '*GRID without ELEMENT, no *METHOD'
           if (model%mesh%dimension == 3) way = '*GRID, ELEMENT=HEX20 with *METHOD, BASIS=FEM'
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'requires quadratic '// &
-            'elements that move with the material: '//way//', and no rigid bodies, whose contact uses a fixed '// &
-            'background grid (prescribe displacements by *PRESCRIBE)')
+            'elements that move with the material: '//way//', no rigid bodies (prescribe displacements by '// &
+            '*PRESCRIBE), and no body that is activated in its drawn shape or again: these use a fixed background grid')
         else if (phase%consolidation%given .and. phase%kind == phase_safety) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
             "' is of TYPE=SAFETY, in which no time passes")
