@@ -14,6 +14,7 @@
 module qsmpm_rigid_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
+  use qsmpm_active_bodies, only: body_materials, body_number
   use qsmpm_analysis, only: axisymmetric, three_dimensional
   use qsmpm_structures, only: rigid_body_type, patch_point, rigid_plane, rigid_circle, rigid_box, rigid_cone, &
     rigid_cylinder
@@ -336,6 +337,7 @@ contains
     do i = 1, size(model%analysis%contacts)
       if (.not. model%analysis%contacts(i)%interface > 0.0_wp) cycle
       do m = 1, size(model%analysis%materials)
+        if (.not. may_touch(m, place_named(model%analysis%surfaces, model%analysis%contacts(i)%surface))) cycle
         associate (material => model%analysis%materials(m), where => model%analysis%contacts(i)%where)
           if (.not. has_strength(material)) call add_diagnostic(diagnostics, where, '*CONTACT', 'INTERFACE takes a '// &
             "share of c and phi of *MOHR COULOMB, which material '"//material%name//"' does not have: give "// &
@@ -347,6 +349,26 @@ contains
         end associate
       end do
     end do
+
+  contains
+
+    !> Returns whether a body has a material in some phase: the one whose outline is a surface, otherwise any.
+    pure logical function may_touch(m, surface)
+      integer, intent(in) :: m, surface
+      integer :: b, p, number(size(model%analysis%bodies))
+
+      b = 0
+      if (surface > 0) then
+        if (allocated(model%analysis%surfaces(surface)%body)) b = body_number(model%analysis, &
+          model%analysis%surfaces(surface)%body)
+      end if
+      may_touch = .false.
+      do p = 0, size(model%analysis%phases)
+        number = body_materials(model%analysis, p)
+        if (b > 0) number = number(b)
+        may_touch = may_touch .or. any(number == m)
+      end do
+    end function may_touch
   end subroutine check_interfaces
 
   !> Returns whether a material has the Mohr-Coulomb strength.

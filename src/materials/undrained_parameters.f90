@@ -11,7 +11,7 @@ module qsmpm_undrained_parameters
   implicit none
   private
 
-  public :: undrained_type, undrained_ratio, water_stiffness
+  public :: undrained_type, is_undrained, undrained_ratio, water_stiffness
 
   !> Types, numbered as the choices of the keyword.
   integer, parameter, public :: undrained_a = 1, undrained_b = 2, undrained_c = 3
@@ -33,6 +33,16 @@ module qsmpm_undrained_parameters
   end type undrained_type
 
 contains
+
+  !> Returns whether soil is undrained in a phase: *DRAIN STATE may drain it.
+  pure logical function is_undrained(undrained, phase)
+    type(undrained_type), intent(in) :: undrained
+    !> Number of the phase.
+    integer, intent(in) :: phase
+
+    is_undrained = undrained%given
+    if (is_undrained .and. allocated(undrained%drainage)) is_undrained = undrained%drainage(phase) == drainage_none
+  end function is_undrained
 
   !> Undrained ratio nu_u of a skeleton with nu.
   pure real(wp) function undrained_ratio(undrained, poisson) result(ratio)

@@ -22,6 +22,7 @@ module qsmpm_sheared_ground
   use qsmpm_material_description, only: material_type, traits_of
   use qsmpm_strength_factor, only: flow_davis_a, flow_material, lower_strength, strength_factor_type
   use qsmpm_team, only: largest, smallest, total
+  use qsmpm_undrained_parameters, only: is_undrained
   use qsmpm_vertical, only: vertical_of
   implicit none
   private
@@ -305,7 +306,7 @@ contains
     if (model%analysis%phases(model%state%progress%phase)%kind == phase_safety) return
     do m = 1, size(model%analysis%materials)
       associate (soil => model%analysis%materials(m), points => model%state%points, team => model%part%team)
-        if (.not. flows_otherwise(soil, law, cohesion, friction)) cycle
+        if (.not. flows_otherwise(soil, model%state%progress%phase, law, cohesion, friction)) cycle
         of_soil = own_of(model%part%points, points%count) .and. points%material == m
         failed = total(team, sum(points%volume, mask=of_soil .and. points%plastic_strain > fails))
         whole = total(team, sum(points%volume, mask=of_soil))
@@ -324,8 +325,10 @@ contains
 
   !> Returns whether a soil flows with psi far below phi, and its strength after Davis (1968); the strength of rock is a
   !> curve.
-  logical function flows_otherwise(soil, law, cohesion, friction)
+  logical function flows_otherwise(soil, phase, law, cohesion, friction)
     type(material_type), intent(in) :: soil
+    !> Number of the phase.
+    integer, intent(in) :: phase
     type(law_description_type), intent(out) :: law
     real(wp), intent(out) :: cohesion, friction
     real(wp) :: dilatancy
@@ -334,7 +337,7 @@ contains
     cohesion = law%cohesion
     friction = law%friction_angle
     dilatancy = law%dilatancy_angle
-    flows_otherwise = .not. (law%associated_flow .or. soil%undrained%given)
+    flows_otherwise = .not. (law%associated_flow .or. is_undrained(soil%undrained, phase))
     if (.not. (flows_otherwise .and. friction > 0.0_wp)) return
     call lower_strength(strength_factor_type(flow=flow_davis_a), cohesion, friction, dilatancy)
     flows_otherwise = friction < less*law%friction_angle
@@ -391,7 +394,7 @@ contains
     do m = 1, size(model%analysis%materials)
       associate (soil => model%analysis%materials(m))
         if (.not. any(bodies_active(model%analysis, number) .and. body_materials(model%analysis, number) == m)) cycle
-        otherwise = flows_otherwise(soil, law, cohesion, friction)
+        otherwise = flows_otherwise(soil, number, law, cohesion, friction)
         if (law%friction_angle > 0.0_wp) b = min(b, tan(radian*friction)/tan(radian*law%friction_angle))
         if (otherwise .and. len(text) == 0) text = "'"//soil%name//"' "//flow_text(law)// &
           ': the factor is then not unique'

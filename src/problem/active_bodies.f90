@@ -130,13 +130,15 @@ contains
     !> Number of the phase.
     integer, intent(in) :: phase
     logical :: coming(size(analysis%bodies))
-    integer :: p
+    integer, allocatable :: line(:)
+    integer :: i
 
     leaves = .false.
     if (.not. allocated(analysis%phases(phase)%activations)) return
     leaves = any(analysis%phases(phase)%activations%fill == fill_shape)
     coming = bodies_named(analysis, analysis%phases(phase)%activations)
-    leaves = leaves .or. any([(any(coming .and. bodies_named(analysis, analysis%phases(p)%deactivations)), p=1, &
-      size(analysis%phases))])
+    allocate (line, source=lineage(analysis%phases, phase))
+    leaves = leaves .or. any([(any(coming .and. bodies_named(analysis, analysis%phases(line(i))%deactivations)), i=1, &
+      size(line))])
   end function leaves_cells
 end module qsmpm_active_bodies

@@ -16,6 +16,7 @@ module qsmpm_lowered_laws
   use qsmpm_safety_bracket, only: largest_factor
   use qsmpm_strength_factor, only: strength_factor_type, lower_strength, lower_tension, flow_material, operator(==), &
     lower_constants
+  use qsmpm_undrained_parameters, only: is_undrained
   implicit none
   private
 
@@ -81,10 +82,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: friction, dilatancy
 
-    if (material%undrained%given .and. by%flow /= flow_material .and. material%friction_angle > 0.0_wp) then
-      call fail(error, error_deck, 'undrained soil with the associated flow of Davis gains strength without '// &
-        'limit: use FLOW=MATERIAL')
-    else if (allocated(material%strength_constants)) then
+    if (allocated(material%strength_constants)) then
       call lower_named_constants(by, material, error)
     else if (material%own_law) then
       call fail(error, error_deck, 'the strength parameters of a law given by a program are not known')
@@ -158,7 +156,7 @@ contains
         if (phase%kind /= phase_safety) cycle
         concerned = materials_active(model%analysis, p) .and. may_yield(model%analysis%materials)
         do m = 1, size(concerned)
-          if (concerned(m)) call check_material(model, m, phase%name, phase%safety%flow, diagnostics)
+          if (concerned(m)) call check_material(model, m, p, diagnostics)
         end do
         if (.not. any(concerned)) call add_diagnostic(diagnostics, phase%where, '*PHASE', "phase '"//phase%name// &
           "' reduces the strength, but no material has one")
@@ -167,21 +165,24 @@ contains
   end subroutine check_lowering
 
   !> Checks the law of a material at the largest reduction of the search.
-  subroutine check_material(model, number, phase, flow, diagnostics)
+  subroutine check_material(model, number, p, diagnostics)
     type(model_type), intent(in) :: model
-    !> Number of the material, name of the phase, and its flow rule.
-    integer, intent(in) :: number
-    character(len=*), intent(in) :: phase
-    integer, intent(in) :: flow
+    !> Number of the material and of the phase.
+    integer, intent(in) :: number, p
     type(diagnostics_type), intent(inout) :: diagnostics
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
 
-    call make_lowered_law(model, number, strength_factor_type(largest_factor, flow), law, error)
-    if (.not. allocated(error)) return
-    associate (material => model%analysis%materials(number))
-      call add_diagnostic(diagnostics, material%where, '*MATERIAL', "material '"//material%name// &
-        "' cannot be reduced in strength in the safety phase '"//phase//"': "//error%message)
+    associate (material => model%analysis%materials(number), phase => model%analysis%phases(p))
+      if (is_undrained(material%undrained, p) .and. phase%safety%flow /= flow_material .and. &
+        material%friction_angle > 0.0_wp) then
+        call fail(error, error_deck, 'undrained soil with the associated flow of Davis gains strength without '// &
+          'limit: use FLOW=MATERIAL')
+      else
+        call make_lowered_law(model, number, strength_factor_type(largest_factor, phase%safety%flow), law, error)
+      end if
+      if (allocated(error)) call add_diagnostic(diagnostics, material%where, '*MATERIAL', "material '"// &
+        material%name//"' cannot be reduced in strength in the safety phase '"//phase%name//"': "//error%message)
     end associate
   end subroutine check_material
 end module qsmpm_lowered_laws

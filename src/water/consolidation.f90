@@ -178,7 +178,8 @@ contains
           way = '*GRID without ELEMENT, no *METHOD'
           if (model%mesh%dimension == 3) way = '*GRID, ELEMENT=HEX20 with *METHOD, BASIS=FEM'
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'requires quadratic '// &
-            'elements that move with the material: '//way)
+            'elements that move with the material: '//way//', and no body that is activated in its drawn shape or '// &
+            'again: these use a fixed background grid')
         else if (phase%consolidation%given .and. any(model%analysis%contacts%place == contact_on_body)) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'does not support ON=BODY '// &
             'of *CONTACT: give the SURFACE of the soil beside the body')

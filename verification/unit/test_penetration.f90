@@ -27,6 +27,7 @@ module test_penetration
   use qsmpm_sheared_ground, only: factor_note, fallen_note, flow_notes, loaded_spot_note, moved_note, sheared_note, spot_note, &
     swollen_note
   use qsmpm_team, only: team_type
+  use qsmpm_undrained_parameters, only: drainage_dissipates
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
   use testing, only: tests_type
@@ -590,6 +591,8 @@ contains
       soil%undrained%given = .true.
       call tests%check('undrained soil', len(flow_notes(model)) == 0)
       call tests%check('whose factor is the only one', len(factor_note(model, flow_material)) == 0)
+      allocate (soil%undrained%drainage(size(model%analysis%phases)), source=drainage_dissipates)
+      call tests%check('unless it is drained in the phase', len(factor_note(model, flow_material)) > 0)
       soil%undrained%given = .false.
       soil%dilatancy_angle = 25.0_wp
       call tests%check('psi near phi', len(flow_notes(model)) == 0)

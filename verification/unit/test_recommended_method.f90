@@ -113,6 +113,8 @@ contains
       'QUAD4', basis_spline2g, .false.)
     call check_mesh(tests, 'a body that goes and comes back', '', strength//box//second//later//'*ACTIVATE| more|*END PHASE|'// &
       '*PHASE, NAME=b|*DEACTIVATE| more|*END PHASE|*PHASE, NAME=c|*ACTIVATE| more|*END PHASE|', 'QUAD4', basis_spline2g, .false.)
+    call check_mesh(tests, 'a body that comes and goes', '', strength//box//second//later//'*ACTIVATE| more|*END PHASE|'// &
+      '*PHASE, NAME=b|*DEACTIVATE| more|*END PHASE|', 'TRI6', basis_fem, .true.)
     call check_mesh(tests, 'a rigid body', '', strength//box//'*RIGID BODY, NAME=plate, SHAPE=BOX| 0, 1, 0.5, 1|', &
       'QUAD4', basis_spline2g, .false.)
     call check_mesh(tests, 'points of cells', '', strength//box//'*POINTS, PER ELEMENT=25|', 'QUAD4', basis_spline2g, .false.)

@@ -40,8 +40,7 @@ contains
     call check_materials_in_use(tests)
   end subroutine collect_strength_factor
 
-  !> Strength by place is lowered as the cohesion is, by a share that leaves what points know of it; undrained friction
-  !> gets no associated flow.
+  !> Strength by place is lowered as the cohesion is, by a share that leaves what points know of it.
   subroutine check_profile(tests)
     type(tests_type), intent(inout) :: tests
     type(material_type) :: material
@@ -55,11 +54,6 @@ contains
     call lower_material(strength_factor_type(2.0_wp, flow_davis_a), material, error)
     call tests%close('share of the profile', material%strength_profile%factor, material%cohesion/3.0_wp, rounding)
     call tests%close('by Davis', material%strength_profile%factor, 0.25_wp*sqrt(3.0_wp), rounding)
-    material%undrained%given = .true.
-    call lower_material(strength_factor_type(2.0_wp, flow_davis_a), material, error)
-    call tests%check('undrained friction by Davis is refused', allocated(error))
-    call lower_material(strength_factor_type(2.0_wp, flow_material), material, error)
-    call tests%check('by its own flow not', .not. allocated(error))
   end subroutine check_profile
 
   !> psi stays until phi has come down to it.

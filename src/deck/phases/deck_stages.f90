@@ -132,7 +132,7 @@ contains
       associate (phase => state%analysis%phases(p))
         if (state%analysis%method%basis == basis_fem) then
           if (leaves_cells(state%analysis, p)) call state%error_from(phase%activations(1)%where, 'ACTIVATE', &
-            'FILL=SHAPE, and a body that is deactivated in another phase, require a background grid: *METHOD, '// &
+            'FILL=SHAPE, and a body that was deactivated before, require a background grid: *METHOD, '// &
             'BASIS=FEM does not support them')
         end if
         do i = 1, size(phase%tractions)
@@ -193,7 +193,8 @@ contains
         if (b == 0) cycle
         call refuse(coming(b) .or. going(b), phase%materials(i), 'CHANGE MATERIAL', &
           'is activated or deactivated in the same phase')
-        call refuse(.not. (now(b) .or. coming(b) .or. going(b)), phase%materials(i), 'CHANGE MATERIAL', 'is not there')
+        call refuse(.not. (now(b) .or. coming(b) .or. going(b)), phase%materials(i), 'CHANGE MATERIAL', &
+          'is not active: give it this material at *BODY, or in a phase after its *ACTIVATE')
       end do
     end associate
 
