@@ -3,16 +3,18 @@
 
     verification/random_loads.py [--scene footing|wall] [--count 20] [--seed 1] [--only N ...] [--program build/qsmpm] [--keep DIR] [--markdown FILE]
 
-`--scene footing`: a footing on one to three layers of clay (phi = 0) and soil with friction (psi = phi), half of them with a water level below the ground, a third beside a
-slope of 30 or 45 degrees, two to six cells in half of the footing. The footing is a set of nodes pushed down (rough), a rigid body (smooth, rough or with a
-friction angle), a pressure on the ground, or a block of concrete under a pressure that may be eccentric. The deck names no element and no method.
+`--scene footing`: a footing on one to three layers of clay (phi = 0) and soil with friction (psi = phi), half of them with a water level below the ground, a
+third beside a slope of 30 or 45 degrees, two to six cells in half of the footing. The footing is a set of nodes pushed down (rough), a rigid body (smooth,
+rough or with a friction angle), a pressure on the ground, or a block of concrete under a pressure that may be eccentric. The deck names no element and no
+method.
 
 `--scene wall`: a wall pushed into, or drawn away from, one to three such layers at rest, by nodes that are free or fixed along it or as a rigid body with or
 without friction, on a smooth base at its foot or on ground that continues below it; five to fourteen cells high.
 
-A scene passes if the limit load (the largest reaction, at a wall that is drawn away the least, or the limit load of the log) is within 0.35 over the number of
-cells in half of the footing, within 0.6 over that of the wall, of the bounds of the initial geometry, or the last load of those of the deformed one, or if a warning in the log or an error (exit codes 2 and 3) reports that it is
-not. A load that still rises at the end of the motion is not compared with the lower bound (nan). Closes with `N passed, N failed`.
+A scene passes if the limit load (the largest reaction, at a wall that is drawn away the least, or the limit load of the log) is within 0.35 over the number
+of cells in half of the footing, within 0.6 over that of the wall, of the bounds of the initial geometry, or the last load of those of the deformed one, or if
+a warning in the log or an error (exit codes 2 and 3) reports that it is not. A load that still rises at the end of the motion is not compared with the lower
+bound (nan). Closes with `N passed, N failed`.
 """
 
 from __future__ import annotations
@@ -128,8 +130,7 @@ Y, {-depth:.8g}, 0, {round(depth / cell)}
 {width:.8g}
 """.replace("\n\n", "\n")
         for i, soil in enumerate(self.soils):
-            text += f"*MATERIAL, NAME=soil{i}\n*ELASTIC\n{soil.stiffness:.5g}, 0.3\n*MOHR COULOMB\n{soil.cohesion:.6g}, {soil.friction:.6g}, {soil.friction:.6g}\n"
-            text += f"*UNIT WEIGHT\n{soil.weight:.5g}, {soil.weight + 1.0:.5g}\n"
+            text += soil.cards(i)
             text += f"*BODY, NAME=layer{i}, MATERIAL=soil{i}, SHAPE=POLYGON\n{lines(self.polygon(soil.low, soil.high))}"
         top = f"layer{len(self.soils) - 1}"
         level = f"*WATER LEVEL, UNIT WEIGHT={WATER}\n{-width:.8g}, {self.water:.8g}\n" if self.water is not None else ""
@@ -140,7 +141,8 @@ Y, {-depth:.8g}, 0, {round(depth / cell)}
             phase += f"*FIX\nfooting, X\n*PRESCRIBE\nfooting, Y, {-push:.6g}\n*CONTROLS, STEPS=20\n"
         elif self.kind == "rigid":
             text += f"*RIGID BODY, NAME=footing, SHAPE=BOX\n{-half:.8g}, {half:.8g}, 0, {2 * cell:.8g}\n*SURFACE, NAME=top, TYPE=OUTLINE, BODY={top}, BOX\n"
-            text += f"{-2 * half:.8g}, {min(2.0 * half, self.slope[0] if self.slope else 2.0 * half):.8g}, 0, 0\n*CONTACT, BODY=footing, SURFACE=top{self.friction}\n"
+            right = min(2.0 * half, self.slope[0] if self.slope else 2.0 * half)
+            text += f"{-2 * half:.8g}, {right:.8g}, 0, 0\n*CONTACT, BODY=footing, SURFACE=top{self.friction}\n"
             text += "*HISTORY, NAME=load, QUANTITY=CONTACT FORCE, COMPONENT=Y, BODY=footing\n"
             phase += f"*MOVE, BODY=footing\n0, {-push:.6g}\n*CONTROLS, STEPS=20\n"
         else:
@@ -232,8 +234,7 @@ Y, {high:.8g}, {high + 2 * cell:.8g}, 2
 {left:.8g}
 """
         for i, soil in enumerate(self.soils):
-            text += f"*MATERIAL, NAME=soil{i}\n*ELASTIC\n{soil.stiffness:.5g}, 0.3\n*MOHR COULOMB\n{soil.cohesion:.6g}, {soil.friction:.6g}, {soil.friction:.6g}\n"
-            text += f"*UNIT WEIGHT\n{soil.weight:.5g}\n"
+            text += soil.cards(i)
             text += f"*BODY, NAME=layer{i}, MATERIAL=soil{i}, SHAPE=BOX\n0, {width:.8g}, {soil.low:.8g}, {soil.high:.8g}\n"
         if deep:
             text += f"*BODY, NAME=front, MATERIAL=soil0, SHAPE=BOX\n{left:.8g}, 0, {-deep:.8g}, 0\n"
@@ -323,7 +324,8 @@ class Result:
         """A line of the table."""
         words = "; ".join(dict.fromkeys(re.sub(r"^warning: |phase '[^']*': ", "", line)[:110] for line in self.said))
         moved = f"{self.deformed[2]:.4g} in {self.deformed[0]:.4g} to {self.deformed[1]:.4g}" if self.deformed else ""
-        return f"| {self.number} | {self.scene} | {self.low:.4g} to {self.high:.4g} | {self.load:.4g} | {self.error:+.1%} | {moved} | {self.cpu:.1f} | {words} |"
+        bounds = f"{self.low:.4g} to {self.high:.4g}"
+        return f"| {self.number} | {self.scene} | {bounds} | {self.load:.4g} | {self.error:+.1%} | {moved} | {self.cpu:.1f} | {words} |"
 
 
 def loads_of(out: pathlib.Path, active: bool) -> tuple[float, float]:

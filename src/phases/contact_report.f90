@@ -41,6 +41,9 @@ module qsmpm_contact_report
   real(wp), parameter :: shallow = 0.25_wp
   !> Possible error of a load at failure from which it is reported, and from which it is a warning.
   real(wp), parameter :: much_of_blur = 0.05_wp, far_too_much = 0.1_wp
+  !> The same error times the number of cells where ground follows a wall that is drawn away from it, and is restrained
+  !> at its foot.
+  real(wp), parameter :: blur_of_active = 1.5_wp
   !> Gap and depth in cell sizes: soil closer than the gap is in contact, soil deeper than the depth is inside.
   real(wp), parameter :: touching = 1.0e-3_wp, inside = 0.1_wp
 
@@ -281,8 +284,8 @@ contains
       '*RIGID BODY in place of the nodes, show how much of the rise is real')
   end subroutine warn_of_rise
 
-  !> Reports by how much the load at failure on a body a few cells wide may be too high, where functions extend over
-  !> several cells.
+  !> Reports by how much the load at failure on a body a few cells wide may be too high, or that of ground which follows
+  !> a body too low, where functions extend over several cells.
   subroutine warn_of_blur(model, b, course, body, observer)
     type(model_type), intent(in) :: model
     integer, intent(in) :: b
@@ -292,17 +295,19 @@ contains
     class(observer_type), intent(inout) :: observer
     real(wp) :: gap, width, off
 
-    if (.not. course%knee > 0.0_wp .or. .not. any(may_yield(model%analysis%materials)) .or. &
-      any(model%analysis%method%basis == [basis_fem, basis_standard])) return
+    if (.not. abs(course%knee) > little*least_force(model)) return
+    if (.not. any(may_yield(model%analysis%materials)) .or. any(model%analysis%method%basis == [basis_fem, &
+      basis_standard])) return
     call look_at_face(model, b, gap, width)
     width = anint(width/model%cell_size)
     if (.not. width > 0.0_wp) return
-    off = most_blur/width
+    off = merge(most_blur, blur_of_active, course%knee > 0.0_wp)/width
     if (off < much_of_blur) return
     call observer%note(body(merge(1, len('warning: ') + 1, off >= far_too_much):)//': soil in contact is '// &
       rounded_text(width)//' cells wide, and functions that extend over three cells smooth the slip '// &
       'surface: the load at failure is up to about '// &
-      rounded_text(100.0_wp*off, 2)//' % too high; use smaller cells')
+      rounded_text(100.0_wp*off, 2)//trim(merge(' % too high', ' % too low ', course%knee > 0.0_wp))// &
+      '; use smaller cells')
   end subroutine warn_of_blur
 
   !> Returns the relative increase of a force since the ground failed, 0 if it has not.
