@@ -262,7 +262,8 @@ def wall(number: int, seed: int) -> Wall:
     cell = high / cells
     active = chance.random() < 0.4
     kind = chance.choice(["rigid", "rigid", "smooth nodes", "rough nodes"])
-    deep = cell * round(0.6 * cells) if chance.random() < 0.4 else 0.0
+    # The node at the foot of a wall of nodes also pushes ground in front of it, which an active force is too small for (docs/tried.md).
+    deep = cell * round(0.6 * cells) if chance.random() < 0.4 and (kind == "rigid" or not active) else 0.0
     inner = sorted(chance.uniform(0.15 * high, 0.85 * high) for _ in range(chance.randint(0, 2)))
     cuts = [-deep, *(inner if kind != "rigid" else []), high]
     soils = []
@@ -313,6 +314,9 @@ class Result:
         """Whether the scene passes."""
         share = self.scene.share
         if math.isnan(self.load) and self.last < (1.0 + share) * self.high:
+            return True
+        at_least = [float(x) for line in self.said for x in re.findall(r"above load factor ([\d.E+-]+)", line)]
+        if any(x <= self.high for x in at_least):
             return True
         if abs(self.error) <= share or any(line.startswith("exit") for line in self.said):
             return True
