@@ -86,12 +86,27 @@ contains
     type(law_parameters_slot_type), allocatable, intent(inout) :: laws(:)
 
     if (allocated(laws)) deallocate (laws)
-    allocate (laws(6))
-    allocate (cam_clay_parameters_type :: laws(1)%parameters)
-    allocate (hardening_soil_parameters_type :: laws(2)%parameters)
-    allocate (drucker_prager_parameters_type :: laws(3)%parameters)
-    allocate (hoek_brown_parameters_type :: laws(4)%parameters)
-    allocate (ngi_adp_parameters_type :: laws(5)%parameters)
-    allocate (soft_soil_creep_parameters_type :: laws(6)%parameters)
+    allocate (laws(0))
+    call add(laws, cam_clay_parameters_type())
+    call add(laws, hardening_soil_parameters_type())
+    call add(laws, drucker_prager_parameters_type())
+    call add(laws, hoek_brown_parameters_type())
+    call add(laws, ngi_adp_parameters_type())
+    call add(laws, soft_soil_creep_parameters_type())
   end subroutine standard_laws
+
+  !> Adds a law to the list.
+  subroutine add(laws, parameters)
+    type(law_parameters_slot_type), allocatable, intent(inout) :: laws(:)
+    class(law_parameters_type), intent(in) :: parameters
+    type(law_parameters_slot_type), allocatable :: more(:)
+    integer :: i
+
+    allocate (more(size(laws) + 1))
+    do i = 1, size(laws)
+      call move_alloc(laws(i)%parameters, more(i)%parameters)
+    end do
+    allocate (more(size(more))%parameters, source=parameters)
+    call move_alloc(more, laws)
+  end subroutine add
 end module qsmpm_law_factory
