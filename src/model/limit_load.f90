@@ -103,7 +103,6 @@ contains
     real(wp), intent(in) :: start, last
     type(limit_load_type), intent(inout) :: limit
     type(limit_load_type) :: before
-    real(wp) :: load
 
     before = limit
     limit%last = compliance_of(step)
@@ -111,12 +110,7 @@ contains
     limit%middle = 0.5_wp*(start + last)
     if (.not. limit%first > 0.0_wp) limit%first = limit%last
     limit%square = step%square/(last - start)**2
-    if (limit%last > fallen*limit%first .and. .not. limit%passed > 0.0_wp) limit%passed = load_of(fallen*limit%first, &
-      before, limit%last, limit%middle)
-    if (limit%last > at_limit*limit%first .and. .not. before%most > at_limit*limit%first) then
-      load = load_of(at_limit*limit%first, before, limit%last, limit%middle)
-      if (load <= plateau_end*limit%passed) limit%passed = load
-    end if
+    call note_passed(before, limit)
     ! A load that was rejected in a larger step is now supported.
     if (.not. last < limit%refused) limit%refused = 0.0_wp
     if (.not. (allowed > 0.0_wp .and. limit%last > flat*allowed*limit%first)) then
@@ -125,6 +119,24 @@ contains
       limit%plateau = load_of(flat*allowed*limit%first, before, limit%last, limit%middle)
     end if
   end subroutine note_accepted
+
+  !> Estimates the limit load where the compliance of an accepted step shows failure for the first time. Soil that moves
+  !> against its load, as it rebounds, has a negative compliance and is not assessed.
+  pure subroutine note_passed(before, limit)
+    !> Data before the step.
+    type(limit_load_type), intent(in) :: before
+    type(limit_load_type), intent(inout) :: limit
+    real(wp) :: load
+
+    if (.not. min(limit%first, before%last) > 0.0_wp) return
+    if (limit%last > fallen*limit%first .and. .not. limit%passed > 0.0_wp) then
+      limit%passed = before%middle
+      if (before%last < fallen*limit%first) limit%passed = load_of(fallen*limit%first, before, limit%last, limit%middle)
+    end if
+    if (.not. limit%last > at_limit*limit%first .or. before%most > at_limit*limit%first) return
+    load = load_of(at_limit*limit%first, before, limit%last, limit%middle)
+    if (load <= plateau_end*limit%passed) limit%passed = load
+  end subroutine note_passed
 
   !> Records that a body-fitted mesh is too distorted, or finds no equilibrium, beyond a load.
   pure subroutine note_left(fraction, limit)

@@ -95,6 +95,7 @@ contains
     call tests%close('and stays where it was first passed', limit%passed, 0.84_wp + 0.04_wp*log(10.0_wp)/ &
       log(25.0_wp), rounding)
     limit%most = 8.0_wp
+    limit%last = 8.0_wp
     limit%passed = 0.0_wp
     call note_left(0.5_wp, limit)
     call tests%close('a soft mesh that finds no equilibrium has failed with the soil', limit%passed, 0.5_wp, 0.0_wp)
@@ -108,6 +109,16 @@ contains
     call note_accepted(compliance_type(9.0_wp, 1.0_wp), 0.0_wp, 1.02_wp, 1.04_wp, limit)
     call note_accepted(compliance_type(11.0_wp, 1.0_wp), 0.0_wp, 1.04_wp, 1.06_wp, limit)
     call tests%check('until the compliance shows failure', limit%passed > 1.0_wp)
+    ! Soil that rebounds first.
+    limit = limit_load_type()
+    call note_accepted(compliance_type(-1.0_wp, 1.0_wp), 0.0_wp, 0.0_wp, 0.1_wp, limit)
+    call note_accepted(compliance_type(1.0_wp, 1.0_wp), 0.0_wp, 0.1_wp, 0.2_wp, limit)
+    call tests%close('a negative compliance is no reference', limit%passed, 0.0_wp, 0.0_wp)
+    call note_accepted(compliance_type(-1.0_wp, 1.0_wp), 0.0_wp, 0.2_wp, 0.3_wp, limit)
+    call note_accepted(compliance_type(12.0_wp, 1.0_wp), 0.0_wp, 0.3_wp, 0.4_wp, limit)
+    call tests%close('nor a step to interpolate from', limit%passed, 0.0_wp, 0.0_wp)
+    call note_accepted(compliance_type(12.0_wp, 1.0_wp), 0.0_wp, 0.4_wp, 0.5_wp, limit)
+    call tests%close('failure is then before the next one', limit%passed, 0.35_wp, rounding)
     call check_other_nodes(tests)
   end subroutine check_plateau
 

@@ -240,12 +240,16 @@ contains
     end do
   end subroutine warn_of_untouched
 
-  !> Warns that contact transmits effective stresses only where the water is given by a level.
+  !> Warns that contact transmits effective stresses only where the water is given by a level, and total ones beside
+  !> undrained soil.
   subroutine warn_of_water(state)
     type(deck_state_type), intent(inout) :: state
     integer :: p
 
     if (size(state%analysis%contacts) == 0) return
+    if (any(state%analysis%contacts%friction_angle > 0.0_wp) .and. any(state%analysis%materials%undrained%given)) &
+      call state%warn(state%analysis%contacts(1)%where, 'CONTACT', 'friction beside *UNDRAINED soil acts on the '// &
+      'total pressure, without the excess pore pressure: give ADHESION, or *CONSOLIDATION in place of *UNDRAINED')
     do p = 1, size(state%analysis%phases)
       if (size(state%analysis%phases(p)%water_levels) == 0) cycle
       call state%warn(state%analysis%contacts(1)%where, 'CONTACT', 'contact transmits effective stresses: CONTACT '// &
