@@ -2,12 +2,12 @@
 !> one strain, and splines are smooth across an interface inside it, whereas on a grid line their continuity is reduced
 !> (docs/methods/bodies.md, "Layers"). A line is moved by at most two thirds of the cell that contains the
 !> interface, so that only a layer as thin makes a cell flatter, and not if it is on another interface or within a cell
-!> of the boundary of a node set.
+!> of the boundary of a set of nodes, elements or faces, which would gain or lose some.
 module qsmpm_interface_lines
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
   use qsmpm_layer_interfaces, only: find_interfaces, interface_type
-  use qsmpm_mesh_description, only: select_box, select_plane
+  use qsmpm_mesh_description, only: select_box, select_plane, set_type
   use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
@@ -77,22 +77,39 @@ contains
       is_interface = any(found%normal == axis .and. abs(found%place - analysis%mesh%axes(axis)%lines(i)) < same*cell)
     end function is_interface
 
-    !> Returns whether the boundary of a node set is within a cell of a line, except at the ends of the grid.
+    !> Returns whether the boundary of a set of nodes, elements or faces is within a cell of a line, except at the ends
+    !> of the grid.
     pure logical function is_used(i)
       integer, intent(in) :: i
       integer :: s
 
       is_used = .false.
-      if (.not. allocated(analysis%node_sets)) return
-      do s = 1, size(analysis%node_sets)
-        associate (set => analysis%node_sets(s), lines => analysis%mesh%axes(axis)%lines)
-          if (set%selection == select_plane .and. set%axis == axis) is_used = is_used .or. &
-            is_beside(set%box(axis, 1), i)
-          if (set%selection == select_box) is_used = is_used .or. is_beside(set%box(axis, 1), i) .or. &
-            is_beside(set%box(axis, 2), i)
-        end associate
+      if (allocated(analysis%node_sets)) then
+        do s = 1, size(analysis%node_sets)
+          is_used = is_used .or. is_of_set(analysis%node_sets(s), i)
+        end do
+      end if
+      if (allocated(analysis%element_sets)) then
+        do s = 1, size(analysis%element_sets)
+          is_used = is_used .or. is_of_set(analysis%element_sets(s), i)
+        end do
+      end if
+      if (.not. allocated(analysis%surfaces)) return
+      do s = 1, size(analysis%surfaces)
+        if (analysis%surfaces(s)%selection == select_box) is_used = is_used .or. is_beside( &
+          analysis%surfaces(s)%box(axis, 1), i) .or. is_beside(analysis%surfaces(s)%box(axis, 2), i)
       end do
     end function is_used
+
+    !> Returns whether the boundary of a set is within a cell of a line.
+    pure logical function is_of_set(set, i)
+      type(set_type), intent(in) :: set
+      integer, intent(in) :: i
+
+      is_of_set = .false.
+      if (set%selection == select_plane .and. set%axis == axis) is_of_set = is_beside(set%box(axis, 1), i)
+      if (set%selection == select_box) is_of_set = is_beside(set%box(axis, 1), i) .or. is_beside(set%box(axis, 2), i)
+    end function is_of_set
 
     !> Returns whether a boundary inside the grid is within a cell of a line.
     pure logical function is_beside(boundary, i)

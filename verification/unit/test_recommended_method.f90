@@ -66,6 +66,8 @@ contains
       '; grid lines moved onto interfaces of bodies: y = 0.35, y = 0.4')
     call lines('a line with nodes of a set', '', '*NSET, NSET=row, PLANE=Y| 0.25|', 0.7_wp, &
       [0.0_wp, 0.25_wp, 0.35_wp, 0.7_wp, 1.0_wp], '; grid lines moved onto interfaces of bodies: y = 0.35, y = 0.7')
+    call lines('a line where a surface of faces ends', '', '*SURFACE, NAME=side, TYPE=BOX| 0, 0, 0.75, 1|', 0.7_wp, &
+      [0.0_wp, 0.35_wp, 0.5_wp, 0.75_wp, 1.0_wp], '; grid lines moved onto interfaces of bodies: y = 0.35')
     call lines('an element that is named', ', ELEMENT=QUAD4', '', 0.7_wp, even, '')
     call lines('a method that is named', '', '*METHOD, BASIS=GIMP|', 0.7_wp, even, '')
   contains
