@@ -24,7 +24,9 @@ import random
 import re
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TOP / "tools"))
@@ -355,9 +357,10 @@ def solve(kind: str, number: int, seed: int, program: pathlib.Path, folder: path
     return Result(number, scene, low, high, factor, ended.cpu, said)
 
 
-def main() -> int:
-    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    words.add_argument("--scene", choices=sorted(SCENES), default="ground")
+def run_scenes(doc: str | None, scenes: list[str], solve: Callable[..., Any], head: list[str], title: str) -> int:
+    """The command of a script of random scenes, the first one by default; `solve` gives a result with `held` and `row`, `head` begins its table."""
+    words = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("--scene", choices=scenes, default=scenes[0])
     words.add_argument("--count", type=int, default=20)
     words.add_argument("--seed", type=int, default=1)
     words.add_argument("--only", type=int, nargs="*")
@@ -365,7 +368,6 @@ def main() -> int:
     words.add_argument("--keep", type=pathlib.Path, help="folder for decks and runs")
     words.add_argument("--markdown", type=pathlib.Path)
     given = words.parse_args()
-    head = ["| scene | ground | slope | psi | bounds | factor | off | CPU s | log |", "|---|---|---|---|---|---|---|---|---|"]
     rows, failed, left = [], 0, 0
     print("\n".join(head))
     with tempfile.TemporaryDirectory() as name:
@@ -383,11 +385,17 @@ def main() -> int:
             print(rows[-1], flush=True)
     if given.markdown:
         scene = "" if given.scene == "ground" else f" --scene {given.scene}"
-        words_of_run = f"verification/random_grounds.py{scene} --count {given.count} --seed {given.seed} --markdown {given.markdown}"
-        given.markdown.write_text(f"Factors of safety of random layered ground beside limit analysis, `{words_of_run}`.\n\n" + "\n".join(head + rows) + "\n")
+        script = pathlib.Path(sys.argv[0]).name
+        command = f"verification/{script}{scene} --count {given.count} --seed {given.seed} --markdown {given.markdown}"
+        given.markdown.write_text(f"{title.format(given.scene)} beside limit analysis, `{command}`.\n\n" + "\n".join(head + rows) + "\n")
     total = len(given.only or range(given.count))
     print(f"{total - failed - left} passed, {failed} failed" + (f", {left} skipped" if left else ""))
     return 1 if failed else 0
+
+
+def main() -> int:
+    head = ["| scene | ground | slope | psi | bounds | factor | off | CPU s | log |", "|---|---|---|---|---|---|---|---|---|"]
+    return run_scenes(__doc__, list(SCENES), solve, head, "Factors of safety of random layered ground")
 
 
 if __name__ == "__main__":

@@ -19,7 +19,6 @@ bound (nan). Closes with `N passed, N failed`.
 
 from __future__ import annotations
 
-import argparse
 import csv
 import json
 import math
@@ -27,7 +26,6 @@ import pathlib
 import random
 import re
 import sys
-import tempfile
 from dataclasses import dataclass
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
@@ -38,7 +36,7 @@ from qsmpm_verify.bounds.search import Search  # noqa: E402
 from qsmpm_verify.cpu_limit import run_limited  # noqa: E402
 from qsmpm_verify.study.cards import read_deck  # noqa: E402
 from qsmpm_verify.trouble import Trouble  # noqa: E402
-from random_grounds import WATER, Soil, lines  # noqa: E402
+from random_grounds import WATER, Soil, lines, run_scenes  # noqa: E402
 
 SECONDS = 300.0
 # Warnings that are not about the load.
@@ -381,37 +379,8 @@ def solve(kind: str, number: int, seed: int, program: pathlib.Path, folder: path
 
 
 def main() -> int:
-    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    words.add_argument("--scene", choices=sorted(SCENES), default="footing")
-    words.add_argument("--count", type=int, default=20)
-    words.add_argument("--seed", type=int, default=1)
-    words.add_argument("--only", type=int, nargs="*")
-    words.add_argument("--program", type=pathlib.Path, default=TOP / "build/qsmpm")
-    words.add_argument("--keep", type=pathlib.Path, help="folder for decks and runs")
-    words.add_argument("--markdown", type=pathlib.Path)
-    given = words.parse_args()
     head = ["| scene | ground | bounds | load | off | deformed | CPU s | log |", "|---|---|---|---|---|---|---|---|"]
-    rows, failed, left = [], 0, 0
-    print("\n".join(head))
-    with tempfile.TemporaryDirectory() as name:
-        folder = given.keep or pathlib.Path(name)
-        folder.mkdir(parents=True, exist_ok=True)
-        for number in given.only or range(given.count):
-            try:
-                found = solve(given.scene, number, given.seed, given.program.resolve(), folder.resolve())
-            except Trouble as trouble:
-                print(f"scene {number} left out: {trouble}", flush=True)
-                left += 1
-                continue
-            failed += not found.held
-            rows.append(found.row() + ("" if found.held else " **not reported**"))
-            print(rows[-1], flush=True)
-    if given.markdown:
-        words_of_run = f"verification/random_loads.py --scene {given.scene} --count {given.count} --seed {given.seed} --markdown {given.markdown}"
-        given.markdown.write_text(f"Limit loads of random {given.scene}s beside limit analysis, `{words_of_run}`.\n\n" + "\n".join(head + rows) + "\n")
-    total = len(given.only or range(given.count))
-    print(f"{total - failed - left} passed, {failed} failed" + (f", {left} skipped" if left else ""))
-    return 1 if failed else 0
+    return run_scenes(__doc__, list(SCENES), solve, head, "Limit loads of random {}s")
 
 
 if __name__ == "__main__":
