@@ -3,8 +3,8 @@
 !> sigma_v = -|g| W(x) + u(x), sigma_h = K0 sigma_v, W the weight above the point (qsmpm_overburden)
 !>
 !> are effective stresses with u the pressure of the water at rest (qsmpm_pore_water), along the coordinate in which
-!> gravity acts. K0 is that of the material or of the phase. Only level layers are then in equilibrium, which
-!> qsmpm_initial_balance checks.
+!> gravity acts. K0 is that of the material or of the phase; sigma_h is limited to the strength
+!> (qsmpm_initial_strength). Only level layers are then in equilibrium, which qsmpm_initial_balance checks.
 !>
 !> Structures are bodies that cannot yield next to soil that can, or that are much stiffer than elastic ground. They
 !> have the stress and the weight of the adjacent soil at the start, zero above ground level, and their own weight at
@@ -13,7 +13,7 @@
 !> Stresses may be read from the results of another run (*INITIAL, TYPE=GIVEN, INPUT=results.h5), with its state
 !> variables; its material must be at the same place as that of the model. docs/methods/initial_stresses.md.
 module qsmpm_initial_stress
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_material_description, only: may_yield
   use qsmpm_named, only: place_named
@@ -22,6 +22,8 @@ module qsmpm_initial_stress
   use qsmpm_points, only: place_of
   use qsmpm_pore_water, only: half_size
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
+  use qsmpm_initial_strength, only: limit_horizontal
+  use qsmpm_own_part, only: own_of
   use qsmpm_stress_at_rest, only: horizontal_at_rest
   use qsmpm_water_table, only: head_at, submerged_share
   use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top, body_holds, find_beside
@@ -33,19 +35,21 @@ module qsmpm_initial_stress
   use qsmpm_law, only: law_slot_type
   use qsmpm_mesh_measure, only: cell_size
   use qsmpm_stress_results, only: read_state_results
-  use qsmpm_team, only: largest
-  use qsmpm_rounded_text, only: rounded_place
-  use qsmpm_text, only: word_place
+  use qsmpm_team, only: largest, smallest, total
+  use qsmpm_rounded_text, only: rounded_place, rounded_text
+  use qsmpm_text, only: integer_text, word_place
   implicit none
   private
 
   public :: set_initial_stresses, start_states, reaches_above, measure_slope, stresses_at_rest, structures_at_rest, &
-    check_initial_results
+    check_initial_results, limit_note
 
   !> Part of the half size of a point's box that is evaluated: inside its edges, which bodies may share.
   real(wp), parameter :: inside_box = 0.9_wp
   !> Ratio of Young's modulus to that of elastic ground above which a body is a structure.
   real(wp), parameter :: stiff = 30.0_wp
+  !> Relative change of a stress that is attributed to round-off.
+  real(wp), parameter :: round_off = 1.0e-6_wp
 
 contains
 
@@ -128,7 +132,7 @@ contains
     row = row + share*(table(2:, i + 1) - table(2:, i))
   end function table_row
 
-  !> Computes K0 stresses of material points, each at a given place.
+  !> Computes K0 stresses of material points, each at a given place, limited to the strength.
   subroutine stresses_at_rest(model, initial, points, places, stress)
     type(model_type), intent(in) :: model
     !> Level and K0 of the phase.
@@ -139,21 +143,26 @@ contains
     !> (4 or 6, n)
     real(wp), intent(out) :: stress(:, :)
     type(overburden_type) :: overburden
-    real(wp) :: at_rest(2)
-    integer :: i, axis
+    real(wp) :: at_rest(2), place(3)
+    integer :: i, axis, material
 
     axis = vertical_axis(model)
     call bodies_from_the_side(model, axis, overburden)
+    place = 0.0_wp
     do i = 1, size(points)
-      at_rest = stress_at_rest(model, overburden, initial, points(i), places(:, i))
+      call find_at_rest(model, overburden, initial, points(i), places(:, i), at_rest, material)
       stress(:, i) = 0.0_wp
       stress(1:3, i) = at_rest(2)
       stress(axis, i) = at_rest(1)
+      if (material == 0) cycle
+      if (model%analysis%materials(material)%user%given .or. .not. may_yield(model%analysis%materials(material))) cycle
+      place(:size(places, 1)) = places(:, i)
+      call limit_horizontal(model%laws(material)%law, place, axis, stress(:, i))
     end do
   end subroutine stresses_at_rest
 
-  !> Returns the effective vertical and horizontal stress at a place in the body of a point.
-  pure function stress_at_rest(model, overburden, initial, p, position) result(stress)
+  !> Finds the effective vertical and horizontal stress at a place in the body of a point, not limited to the strength.
+  pure subroutine find_at_rest(model, overburden, initial, p, position, stress, material)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: overburden
     type(initial_stress_type), intent(in) :: initial
@@ -161,13 +170,17 @@ contains
     integer, intent(in) :: p
     !> The place (dimension).
     real(wp), intent(in) :: position(:)
-    real(wp) :: stress(2), place(size(position))
-    integer :: body, material
+    real(wp), intent(out) :: stress(2)
+    !> Number of the material that is at rest there: in a structure that of the adjacent ground; 0 outside the ground.
+    integer, intent(out) :: material
+    real(wp) :: place(size(position))
+    integer :: body
 
     stress = 0.0_wp
-    material = model%state%points%material(p)
+    material = 0
     call find_beside(overburden, model%state%points%body(p), position, body, place)
     if (body == 0) return
+    material = model%state%points%material(p)
     if (overburden%structure(model%state%points%body(p))) &
       material = place_named(model%analysis%materials, model%analysis%bodies(body)%material)
     associate (gravity => abs(model%loading%gravity_final(overburden%axis)), water => model%loading%water_final(body))
@@ -175,7 +188,49 @@ contains
         - weight_above(overburden, body, place, initial%surface_level))
     end associate
     stress(2) = -horizontal_at_rest(model%analysis%materials(material), initial%k0, -stress(1))
-  end function stress_at_rest
+  end subroutine find_at_rest
+
+  !> Returns the warning of the points where the strength limits the horizontal stress of K0, or nothing.
+  function limit_note(model, initial) result(text)
+    !> The model with its initial stresses.
+    type(model_type), intent(in) :: model
+    type(initial_stress_type), intent(in) :: initial
+    character(len=:), allocatable :: text, names
+    type(overburden_type) :: overburden
+    real(wp) :: at_rest(2), range(2)
+    logical :: limited(model%state%points%count), own(model%state%points%count)
+    integer(long) :: points_of(2)
+    integer :: p, m, axis, horizontal, material
+
+    text = ''
+    if (initial%kind /= initial_k0) return
+    axis = vertical_axis(model)
+    horizontal = merge(2, 1, axis == 1)
+    call bodies_from_the_side(model, axis, overburden)
+    own = own_of(model%part%points, model%state%points%count)
+    limited = .false.
+    range = [huge(1.0_wp), 0.0_wp]
+    names = ''
+    associate (points => model%state%points, team => model%part%team)
+      do p = 1, points%count
+        if (.not. own(p)) cycle
+        call find_at_rest(model, overburden, initial, p, points%position(:, p), at_rest, material)
+        limited(p) = abs(points%stress(horizontal, p) - at_rest(2)) > round_off*abs(at_rest(2))
+        if (limited(p) .and. at_rest(1) < 0.0_wp) range = [min(range(1), points%stress(horizontal, p)/at_rest(1)), &
+          max(range(2), points%stress(horizontal, p)/at_rest(1))]
+      end do
+      do m = 1, size(model%laws)
+        if (total(team, count(limited .and. points%material(:points%count) == m, kind=long)) > 0) &
+          names = names//", '"//model%analysis%materials(m)%name//"'"
+      end do
+      range = [smallest(team, range(1)), largest(team, range(2))]
+      points_of = [total(team, count(limited, kind=long)), total(team, count(own, kind=long))]
+      if (len(names) > 0) text = 'warning: K0 is beyond the strength at '//integer_text(points_of(1))//' of '// &
+        integer_text(points_of(2))//' material points (material '//names(3:)//'): their horizontal stress is set '// &
+        'to the nearest one within the strength, '//rounded_text(range(1))//' to '//rounded_text(range(2))// &
+        ' times the vertical stress'//new_line('a')
+    end associate
+  end function limit_note
 
   !> Sets the weight of the points of structures at the start of the phase to that of the adjacent soil.
   subroutine weigh_structures(model, initial)
@@ -272,14 +327,14 @@ contains
     integer, intent(in) :: p
     integer, intent(in) :: axis
     real(wp) :: place(model%mesh%dimension, 2), stress(2, 2)
-    integer :: k
+    integer :: k, material
 
     associate (points => model%state%points)
       do k = 1, 2
         place(:, k) = points%position(:, p)
         place(axis, k) = place(axis, k) + merge(-1.0_wp, 1.0_wp, k == 1)*inside_box*points%half_size(axis, p)
         if (.not. body_holds(overburden, points%body(p), place(:, k))) place(:, k) = points%position(:, p)
-        stress(:, k) = stress_at_rest(model, overburden, initial, p, place(:, k))
+        call find_at_rest(model, overburden, initial, p, place(:, k), stress(:, k), material)
       end do
       change = (stress(2, 2) - stress(2, 1))/max(place(axis, 2) - place(axis, 1), tiny(1.0_wp))
     end associate

@@ -18,7 +18,7 @@ module qsmpm_phase_start
   use qsmpm_error, only: error_type
   use qsmpm_free_surface, only: bounds_note
   use qsmpm_initial_contact, only: press_on_bodies
-  use qsmpm_initial_stress, only: set_initial_stresses
+  use qsmpm_initial_stress, only: set_initial_stresses, limit_note
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_load_path, only: between
@@ -102,6 +102,7 @@ contains
       end if
       if (phase%initial%kind /= initial_keep) then
         call set_initial_stresses(model, phase%initial)
+        if (present(notes)) notes = notes//limit_note(model, phase%initial)
         call press_on_bodies(model, phase%initial)
       end if
       if (phase%reset_strains) call reset_softening(model)

@@ -124,7 +124,7 @@ contains
     call check_refused(tests)
   end subroutine check_trials
 
-  !> What the run refuses the trial tells: here K0 stresses that a cohesion of 0.1 does not carry.
+  !> What the run refuses the trial tells: here K0 stresses of ground whose sides are free.
   subroutine check_refused(tests)
     type(tests_type), intent(inout) :: tests
     class(problem_type), allocatable :: problem
@@ -140,8 +140,8 @@ contains
     if (allocated(error)) return
     call try_run(run%model, trial)
     call tests%check('it is told', allocated(trial%lost))
-    if (allocated(trial%lost)) call tests%check('with the reason: '//trial%lost, index(trial%lost, 'they exceed '// &
-      'the strength of the soil') > 0)
+    if (allocated(trial%lost)) call tests%check('with the reason: '//trial%lost, index(trial%lost, 'K0 '// &
+      'stresses are not in equilibrium') > 0)
     call run%destroy()
   end subroutine check_refused
 end module test_plan_probe

@@ -7,6 +7,7 @@ module test_point_states
   use qsmpm_error, only: error_type
   use qsmpm_fields, only: state_name, state_values
   use qsmpm_initial_strength, only: count_beyond_strength
+  use qsmpm_initial_stress, only: limit_note
   use qsmpm_kinds, only: wp
   use qsmpm_messages, only: message_text
   use qsmpm_model, only: model_type
@@ -94,10 +95,12 @@ contains
     call tests%check('rock has none', all(pack(abs(values(1, :)), model%state%points%material == rock) <= 0.0_wp))
   end subroutine check_names
 
-  !> Till and sand carry horizontal stresses from a third of the vertical one to three times it; clay and rock more.
+  !> Till carries horizontal stresses from a third of the vertical one to three times it, sand up to 3.69 times; clay and
+  !> rock more. K0 is limited to that; stresses given otherwise are counted.
   subroutine check_strength(tests)
     type(tests_type), intent(inout) :: tests
     class(model_type), allocatable :: model
+    character(len=:), allocatable :: note
     integer :: layer
 
     allocate (model)
@@ -108,9 +111,39 @@ contains
     call build(0.34_wp, model)
     call tests%check('nor is one that is nearly the active one', all(count_beyond_strength(model) == 0))
     call build(0.3_wp, model)
-    call tests%check('below the active one the till is told of', sum(count_beyond_strength(model)) == layer)
+    call tests%close('below the active one the till has the active ratio', ratio_of(till), 1.0_wp/3.0_wp, 1.0e-5_wp)
+    call tests%close('and the rock K0', ratio_of(rock), 0.3_wp, 1.0e-12_wp)
+    call tests%check('so that nothing exceeds the strength', all(count_beyond_strength(model) == 0))
+    note = limit_note(model, model%analysis%phases(1)%initial)
+    call tests%check('which is a warning: '//note, index(note, 'K0 is beyond the strength at 4 of 16 material points '// &
+      "(material 'till')") > 0 .and. index(note, '0.3333 to 0.3333 times') > 0)
     call build(4.5_wp, model)
-    call tests%check('above the passive one till and sand are', sum(count_beyond_strength(model)) == 2*layer)
+    call tests%close('above the passive one the till has the passive ratio', ratio_of(till), 3.0_wp, 3.0e-5_wp)
+    call tests%check('and the sand that of c = 1, phi = 35', abs(ratio_of(sand) - 3.82_wp) < 0.01_wp)
+    model%state%points%stress(1, :) = 0.3_wp*model%state%points%stress(2, :)
+    model%state%points%stress(3, :) = model%state%points%stress(1, :)
+    call tests%check('a stress that is not of K0 is counted where the law reduces it', count_at(till) == layer .and. &
+      count_at(sand) == 0)
+
+  contains
+
+    !> Returns the mean ratio of horizontal to vertical stress of a material.
+    real(wp) function ratio_of(material)
+      integer, intent(in) :: material
+
+      associate (points => model%state%points)
+        ratio_of = sum(points%stress(1, :)/points%stress(2, :), points%material == material)/layer
+      end associate
+    end function ratio_of
+
+    !> Returns the number of points of a material whose stress is beyond the strength.
+    integer function count_at(material)
+      integer, intent(in) :: material
+      integer :: beyond(size(model%laws))
+
+      beyond = count_beyond_strength(model)
+      count_at = beyond(material)
+    end function count_at
   end subroutine check_strength
 
   !> Soil that creeps: a phase without TIME is warned of, and what creeps in a while lies within the strength.
