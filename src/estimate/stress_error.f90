@@ -36,7 +36,7 @@ module qsmpm_stress_error
   implicit none
   private
 
-  public :: stress_error_type, estimate_stress_error
+  public :: stress_error_type, estimate_stress_error, applied_traction
 
   !> Ratio of the area of a surface point to the root mean square of all below which its direction is not reliable:
   !> slivers that the grid cuts off an outline.

@@ -189,7 +189,7 @@ contains
         call cut_outlines(analysis%node_sets(i)%name, analysis%node_sets(i)%box, a_place*spacing, drawn, outlines)
     end do
     do i = 1, size(analysis%surfaces)
-      if (analysis%surfaces(i)%boxed) &
+      if (analysis%surfaces(i)%boxed .or. analysis%surfaces(i)%selection == select_box) &
         call cut_outlines(analysis%surfaces(i)%name, analysis%surfaces(i)%box, a_place*spacing, drawn, outlines)
     end do
   end subroutine add_ends

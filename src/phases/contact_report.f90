@@ -7,6 +7,7 @@ module qsmpm_contact_report
   use qsmpm_contact_results, only: deepest_in
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_description, only: may_yield, traits_of
+  use qsmpm_mesh_measure, only: cell_width
   use qsmpm_method_description, only: basis_fem, basis_standard
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
@@ -85,7 +86,7 @@ contains
   subroutine begin_contact_check(model, check)
     type(model_type), intent(in) :: model
     type(contact_check_type), intent(out) :: check
-    real(wp) :: width
+    real(wp) :: width, cell
     integer :: b
 
     allocate (check%of(size(model%rigid_shapes)))
@@ -97,7 +98,7 @@ contains
       check%of(b)%touched = any(abs(force_on_body(model, b)) > 0.0_wp)
       check%of(b)%done = model%state%progress%fraction
       check%of(b)%reached = resistance(model, b)
-      if (is_moved(model, b)) call look_at_face(model, b, check%of(b)%gap, width)
+      if (is_moved(model, b)) call look_at_face(model, b, check%of(b)%gap, width, cell)
     end do
   end subroutine begin_contact_check
 
@@ -293,13 +294,13 @@ contains
     !> First part of the message.
     character(len=*), intent(in) :: body
     class(observer_type), intent(inout) :: observer
-    real(wp) :: gap, width, off
+    real(wp) :: gap, width, cell, off
 
     if (.not. abs(course%knee) > little*least_force(model)) return
     if (.not. any(may_yield(model%analysis%materials)) .or. any(model%analysis%method%basis == [basis_fem, &
       basis_standard])) return
-    call look_at_face(model, b, gap, width)
-    width = anint(width/model%cell_size)
+    call look_at_face(model, b, gap, width, cell)
+    width = anint(width/cell)
     if (.not. width > 0.0_wp) return
     off = merge(most_blur, blur_of_active, course%knee > 0.0_wp)/width
     if (off < much_of_blur) return
@@ -356,11 +357,11 @@ contains
     character(len=*), intent(in) :: start
     class(observer_type), intent(inout) :: observer
     type(placed_shape_type) :: placed(size(model%rigid_shapes))
-    real(wp) :: left, depth, width
+    real(wp) :: left, depth, width, cell
     integer :: point
 
     placed = placed_bodies(model)
-    call look_at_face(model, body, left, width)
+    call look_at_face(model, body, left, width, cell)
     call deepest_in(model, placed(body), point, depth)
     depth = largest(model%part%team, depth)
     if (depth > inside*model%cell_size) then
@@ -388,12 +389,12 @@ contains
   function apart_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
-    real(wp) :: gap, width
+    real(wp) :: gap, width, cell
     integer :: b
 
     text = ''
     do b = 1, size(model%rigid_shapes)
-      call look_at_face(model, b, gap, width)
+      call look_at_face(model, b, gap, width, cell)
       if (gap <= touching*model%cell_size .or. gap > model%cell_size) cycle
       text = "; no soil is in contact with rigid body '"//model%analysis%rigid_bodies(b)%name//"', the nearest is "// &
         rounded_text(gap)//' away: define the soil in contact with the body'
@@ -403,21 +404,24 @@ contains
 
   !> Measures the distance from a body to the nearest soil that may touch it: points of the surfaces of its *CONTACT, or
   !> material points where contact is imposed at points of the body.
-  subroutine look_at_face(model, body, gap, width)
+  subroutine look_at_face(model, body, gap, width, cell)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
     !> Smallest distance, and in plane models the extent across the motion of the soil in contact.
     real(wp), intent(out) :: gap, width
+    !> Largest width of a cell in contact; that of the model where there is none.
+    real(wp), intent(out) :: cell
     type(placed_shape_type) :: placed(size(model%rigid_shapes))
     type(rigid_pose_type) :: motion
     type(distance_type) :: distance
     logical :: own(model%state%surface%count)
     real(wp) :: place(3), across(3), along, ends(2)
-    integer :: i, k
+    integer :: i, k, owner
 
     placed = placed_bodies(model)
     own = own_of(model%part%surface, size(own))
     gap = huge(1.0_wp)
+    cell = 0.0_wp
     ends = -0.25_wp*huge(1.0_wp)
     motion = motion_in_phase(model, body)
     across = 0.0_wp
@@ -428,16 +432,22 @@ contains
       do i = 1, merge(size(own), model%state%points%count, model%contact_pairs(k)%surface > 0)
         if (model%contact_pairs(k)%surface == 0) then
           place = place_of(model%state%points, i)
+          owner = model%state%points%cell(i)
         else
           if (.not. own(i) .or. model%state%surface%surface(i) /= model%contact_pairs(k)%surface) cycle
           place = place_of(model%state%surface, i)
+          owner = model%state%surface%cell(i)
         end if
         distance = placed(body)%distance_at(place)
         gap = min(gap, distance%value)
         along = dot_product(across, place)
-        if (distance%value < inside*model%cell_size) ends = max(ends, [along, -along])
+        if (.not. distance%value < inside*model%cell_size) cycle
+        ends = max(ends, [along, -along])
+        if (owner > 0) cell = max(cell, cell_width(model%mesh, owner))
       end do
     end do
+    cell = largest(model%part%team, cell)
+    if (.not. cell > 0.0_wp) cell = model%cell_size
     gap = smallest(model%part%team, gap)
     width = max(0.0_wp, largest(model%part%team, ends(1)) + largest(model%part%team, ends(2)))
   end subroutine look_at_face

@@ -29,6 +29,7 @@ module qsmpm_phase_report
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_edge_failure, only: edge_note
   use qsmpm_sheared_ground, only: fallen_note, flow_notes, swollen_note
   use qsmpm_team, only: largest, total
   use qsmpm_text, only: integer_list, integer_text
@@ -196,7 +197,7 @@ contains
     end associate
     call report_excess(model, report%excess, observer)
     call check_locking(model, observer)
-    call observer%note_lines(swollen_note(model)//fallen_note(model))
+    call observer%note_lines(swollen_note(model)//fallen_note(model)//edge_note(model))
     if (report%flow_told) return
     notes = flow_notes(model)
     call observer%note_lines(notes)

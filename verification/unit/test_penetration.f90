@@ -10,6 +10,7 @@ module test_penetration
   use qsmpm_hoek_brown, only: flow_associated, hoek_brown_parameters_type
   use qsmpm_kept_arrays, only: keep_values, kept_arrays_type, lay_array
   use qsmpm_nodal_fields, only: rate_of
+  use qsmpm_edge_failure, only: edge_strength
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kinds, only: wp
@@ -54,6 +55,7 @@ contains
 
     allocate (model, step)
     call tests%start('penetration')
+    call check_edge(tests)
     call make_model(model, step)
     call check_depth(tests, model)
     call check_gap(tests, model)
@@ -70,6 +72,16 @@ contains
     call end_system(step%system)
     call check_others(tests)
   end subroutine collect_penetration
+
+  !> What a strip at the edge of a load carries: N_c = 30.14, N_gamma = 22.40 for 30 degrees (Prandtl; Vesic 1973).
+  subroutine check_edge(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp) :: carried(2)
+
+    carried = edge_strength(2.0_wp, 30.0_wp, 18.0_wp, [0.0_wp, 0.5_wp])
+    call tests%close('an edge carries c Nc', carried(1), 2.0_wp*30.14_wp, 0.01_wp)
+    call tests%close('a strip also gamma b N_gamma/2', carried(2) - carried(1), 18.0_wp*0.5_wp*22.40_wp/2.0_wp, 0.02_wp)
+  end subroutine check_edge
 
   !> Of two bodies each has the distance of its own surface, and the first point of a surface may be the nearest.
   subroutine check_others(tests)
