@@ -384,10 +384,10 @@ def run_scenes(doc: str | None, scenes: list[str], solve: Callable[..., Any], he
             rows.append(found.row() + ("" if found.held else " **not reported**"))
             print(rows[-1], flush=True)
     if given.markdown:
-        scene = "" if given.scene == "ground" else f" --scene {given.scene}"
+        scene = "" if given.scene in ("ground", "column") else f" --scene {given.scene}"
         script = pathlib.Path(sys.argv[0]).name
         command = f"verification/{script}{scene} --count {given.count} --seed {given.seed} --markdown {given.markdown}"
-        given.markdown.write_text(f"{title.format(given.scene)} beside limit analysis, `{command}`.\n\n" + "\n".join(head + rows) + "\n")
+        given.markdown.write_text(f"{title.format(given.scene)}, `{command}`.\n\n" + "\n".join(head + rows) + "\n")
     total = len(given.only or range(given.count))
     print(f"{total - failed - left} passed, {failed} failed" + (f", {left} skipped" if left else ""))
     return 1 if failed else 0
@@ -395,7 +395,7 @@ def run_scenes(doc: str | None, scenes: list[str], solve: Callable[..., Any], he
 
 def main() -> int:
     head = ["| scene | ground | slope | psi | bounds | factor | off | CPU s | log |", "|---|---|---|---|---|---|---|---|---|"]
-    return run_scenes(__doc__, list(SCENES), solve, head, "Factors of safety of random layered ground")
+    return run_scenes(__doc__, list(SCENES), solve, head, "Factors of safety of random layered ground beside limit analysis")
 
 
 if __name__ == "__main__":

@@ -380,7 +380,7 @@ def solve(kind: str, number: int, seed: int, program: pathlib.Path, folder: path
 
 def main() -> int:
     head = ["| scene | ground | bounds | load | off | deformed | CPU s | log |", "|---|---|---|---|---|---|---|---|"]
-    return run_scenes(__doc__, list(SCENES), solve, head, "Limit loads of random {}s")
+    return run_scenes(__doc__, list(SCENES), solve, head, "Limit loads of random {}s beside limit analysis")
 
 
 if __name__ == "__main__":

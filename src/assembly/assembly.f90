@@ -56,6 +56,8 @@ module qsmpm_assembly
     real(wp), allocatable :: pressure_offset(:, :)
     !> Points remain in their groups from step to step, so that their pressure differences persist.
     logical :: lasting = .false.
+    !> Pore water drains in the step: groups that have not yielded do not share a pressure.
+    logical :: draining = .false.
     !> Nodal values of the nonlocal strain at the end of the step; unallocated without this field (nodes).
     real(wp), allocatable :: field(:)
     !> Time of the step, for the laws.
@@ -201,6 +203,7 @@ contains
 
     evaluation%work(me)%batch%share = 0.0_wp
     evaluation%work(me)%pressure%lasting = evaluation%lasting
+    evaluation%work(me)%pressure%draining = evaluation%draining
     do g = start, last
       k = before + g - start + 1
       call evaluate_group(integration, points, laws, displacement, tangent, g, evaluation%work(me), &

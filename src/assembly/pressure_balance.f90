@@ -45,6 +45,8 @@ module qsmpm_pressure_balance
     real(wp) :: left_share = 1.0_wp
     !> s is included: the points remain in their group from step to step.
     logical :: lasting = .false.
+    !> Pore water drains in the step: the effective pressure of soil that has not yielded varies within a group.
+    logical :: draining = .false.
     !> r and l, packed (5 or 9, n).
     real(wp), allocatable :: right(:, :), left(:, :)
     !> CR and CL of the group's nodes (dimension*nodes).

@@ -81,12 +81,13 @@ contains
       pressure = -dot_product(traction, normal)
       associate (beside => surface%position(:, point) + width*along)
         p = soil_at(model, beside - 0.5_wp*width*normal, width)
-        if (p == 0 .or. is_loaded(model, beside, width) .or. soil_at(model, beside + 2.0_wp*width*normal, width) > 0) return
+        if (p == 0 .or. is_loaded(model, beside, width)) return
+        if (soil_at(model, beside + 2.0_wp*width*normal, width) > 0) return
       end associate
       associate (material => model%analysis%materials(points%material(p)))
         traits = traits_of(material)
-        if (is_undrained(material%undrained, model%state%progress%phase) .or. .not. (traits%friction_angle > 0.0_wp .and. &
-          traits%cohesion >= 0.0_wp)) return
+        if (is_undrained(material%undrained, model%state%progress%phase)) return
+        if (.not. (traits%friction_angle > 0.0_wp .and. traits%cohesion >= 0.0_wp)) return
         cohesion = traits%cohesion
         friction = traits%friction_angle
         call lower_strength(strength_factor_type(model%state%progress%strength_factor), cohesion, friction, &

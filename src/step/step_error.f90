@@ -67,6 +67,7 @@ contains
     call halve(model%laws, halved)
     whole%step_info = soil%evaluation%step_info
     whole%lasting = soil%evaluation%lasting
+    whole%draining = soil%evaluation%draining
     if (allocated(soil%evaluation%pressure_offset)) whole%pressure_offset = soil%evaluation%pressure_offset
     if (allocated(soil%evaluation%field)) whole%field = soil%evaluation%field
     walk = whole

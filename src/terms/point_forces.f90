@@ -8,10 +8,11 @@
 !> so that soil at rest needs no shear strength for its weight inside a cell (qsmpm_uniform_pressure).
 module qsmpm_point_forces
   use qsmpm_kinds, only: wp
-  use qsmpm_consolidation, only: still_water_forces
+  use qsmpm_consolidation, only: excess_pressure, still_water_forces
   use qsmpm_integration, only: integration_type
   use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type
+  use qsmpm_phase_description, only: phase_safety
   use qsmpm_pore_water, only: water_forces
   implicit none
   private
@@ -63,13 +64,18 @@ contains
     type(integration_type), intent(in) :: integration
     real(wp), intent(in) :: fraction
     real(wp) :: offset(integration%point_count)
-    real(wp) :: density(model%mesh%dimension, model%mesh%cell_count), gravity(3)
+    real(wp) :: density(model%mesh%dimension, model%mesh%cell_count), gravity(3), excess(model%state%points%count)
     integer :: g, from, to
+    logical :: constant
 
     offset = 0.0_wp
+    ! The pressures of consolidating soil are constant in a search for a factor of safety.
+    constant = model%analysis%phases(model%state%progress%phase)%kind == phase_safety
+    excess = 0.0_wp
+    if (constant) excess = excess_pressure(model)
     gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
     density = cell_densities(model, point_forces(model, fraction) &
-      + still_water_forces(model, gravity(:model%mesh%dimension)))
+      + still_water_forces(model, gravity(:model%mesh%dimension), buoyant=.not. constant))
     do g = 1, integration%group_count
       from = integration%first(g)
       do while (from < integration%first(g + 1))
@@ -78,9 +84,14 @@ contains
           if (integration%material(to + 1) /= integration%material(from)) exit
           to = to + 1
         end do
-        if (model%laws(integration%material(from))%pressure_factor > 0.0_wp) &
-          offset(from:to) = offsets_of(places_of(model, integration, from, to), integration%weight(from:to), &
-          density(:, cell_of(model, integration, g, from)))
+        if (model%laws(integration%material(from))%pressure_factor > 0.0_wp) then
+          associate (weight => integration%weight(from:to), source => integration%source(from:to))
+            offset(from:to) = offsets_of(places_of(model, integration, from, to), weight, density(:, cell_of(model, &
+              integration, g, from)))
+            if (constant .and. all(source > 0)) offset(from:to) = offset(from:to) + excess(source) &
+              - sum(weight*excess(source))/sum(weight)
+          end associate
+        end if
         from = to + 1
       end do
     end do

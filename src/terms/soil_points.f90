@@ -28,6 +28,8 @@ module qsmpm_soil_points
     add_nonlocal_blocks
   use qsmpm_own_part, only: is_divided
   use qsmpm_point_forces, only: pressure_offsets
+  use qsmpm_phase_description, only: phase_safety
+  use qsmpm_phase_loads, only: consolidation_of
   use qsmpm_points, only: points_type, carries_strains
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
   use qsmpm_recovered_gradient, only: recover_gradients
@@ -242,6 +244,9 @@ contains
 
     self%fraction = fraction
     self%evaluation%lasting = pressures_last(model)
+    associate (phases => model%analysis%phases, number => model%state%progress%phase)
+      self%evaluation%draining = consolidation_of(phases, number) > 0 .and. phases(number)%kind /= phase_safety
+    end associate
     if (allocated(self%integration)) then
       self%evaluation%pressure_offset = pressure_offsets(model, self%integration, fraction)
     else

@@ -104,10 +104,12 @@ contains
 
   !> Returns the force of the pore water under a free surface on the points as if it were at rest, from the pressure at
   !> the start of the step: buoyancy of saturated ground, and weight of the water (dimension, points).
-  pure function still_water_forces(model, gravity) result(force)
+  pure function still_water_forces(model, gravity, buoyant) result(force)
     type(model_type), intent(in) :: model
     !> Current gravity (dimension).
     real(wp), intent(in) :: gravity(:)
+    !> With buoyancy; otherwise the weight of the water alone.
+    logical, intent(in) :: buoyant
     real(wp) :: force(size(gravity), model%state%points%count)
     real(wp) :: nodal(model%space%node_count), filled(model%state%points%count)
     integer :: from, p, axis
@@ -121,7 +123,7 @@ contains
     associate (points => model%state%points)
       do p = 1, points%count
         associate (soil => model%analysis%materials(points%material(p)))
-          force(axis, p) = filled(p)*points%volume(p)*upwards(model%analysis) &
+          if (buoyant) force(axis, p) = filled(p)*points%volume(p)*upwards(model%analysis) &
             *model%analysis%phases(from)%consolidation%unit_weight
           if (soil%saturated_weight >= 0.0_wp) force(:, p) = force(:, p) + filled(p)*points%initial_volume(p) &
             *(soil%saturated_weight - soil%unit_weight)*gravity
