@@ -150,7 +150,8 @@ contains
     count = to - from + 1
     b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
     treated = slot%pressure_factor > 0.0_wp .and. count > 1
-    if (treated .and. work%pressure%draining) treated = has_yielded(points, integration%source(from:to))
+    if (treated .and. work%pressure%draining .and. slot%flows) &
+      treated = has_yielded(points, integration%source(from:to))
     wide = is_wide(d, n) .and. .not. treated
     symmetric = (slot%is_symmetric() .and. .not. work%batch%step_info%in_place) .or. tangent == tangent_elastic
     work%batch%count = count
