@@ -31,7 +31,9 @@ from random_grounds import run_scenes  # noqa: E402
 
 SECONDS = 120.0
 OF_WATER = 9.81
-OFTEN_SETTLED, OFTEN_PRESSED = 0.03, 0.05
+MOST_SETTLED, MOST_PRESSED = 0.03, 0.05
+# Warnings of too large an outflow, or of none.
+REPORTED = ("drains to more permeable soil", "hardly any water drains")
 
 
 @dataclass
@@ -172,8 +174,8 @@ class Result:
     @property
     def held(self) -> bool:
         """Whether the scene is right, or reported."""
-        right = self.code == 0 and self.settled <= OFTEN_SETTLED and self.pressed <= OFTEN_PRESSED
-        return right or self.code in (2, 3) or any("K0" not in line for line in self.said)
+        right = self.code == 0 and self.settled <= MOST_SETTLED and self.pressed <= MOST_PRESSED
+        return right or self.code in (2, 3) or any(words in line for line in self.said for words in REPORTED)
 
     def row(self) -> str:
         """The row of the table."""

@@ -150,8 +150,9 @@ contains
     count = to - from + 1
     b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
     treated = slot%pressure_factor > 0.0_wp .and. count > 1
+    ! Where water drains the integration points are material points.
     if (treated .and. work%pressure%draining .and. slot%flows) &
-      treated = has_yielded(points, integration%source(from:to))
+      treated = any(points%plastic(integration%source(from:to)) > 0)
     wide = is_wide(d, n) .and. .not. treated
     symmetric = (slot%is_symmetric() .and. .not. work%batch%step_info%in_place) .or. tangent == tangent_elastic
     work%batch%count = count
@@ -190,19 +191,6 @@ contains
         integration%gradient(b), tensor, work%pressure, block)
     end associate
   end subroutine evaluate_run
-
-  !> Returns whether a point of a group has yielded in the step before.
-  pure logical function has_yielded(points, source)
-    type(points_type), intent(in) :: points
-    !> Material points; 0 or less for a point that belongs to a cell.
-    integer, intent(in) :: source(:)
-    integer :: k
-
-    has_yielded = .false.
-    do k = 1, size(source)
-      if (source(k) > 0) has_yielded = has_yielded .or. points%plastic(source(k)) > 0
-    end do
-  end function has_yielded
 
   !> Adds force and stiffness of consecutive points after the evaluation of their law.
   subroutine add_run(d, m, n, count, wide, symmetric, first, with_tangent, weight, gradient, work, force, block)

@@ -15,7 +15,7 @@ module qsmpm_initial_strength
   implicit none
   private
 
-  public :: count_beyond_strength, limit_horizontal
+  public :: count_beyond_strength, limit_horizontal, round_off
 
   !> Relative change of a stress that is attributed to round-off.
   real(wp), parameter :: round_off = 1.0e-6_wp
@@ -105,7 +105,7 @@ contains
     call prepare_point(law, batch)
     call pack_gradient(identity, batch%gradient(:, 1))
     batch%volume_ratio = 1.0_wp
-    ! Creep takes place in zero time.
+    ! No time passes, so that nothing creeps.
     batch%step_info%phase_time = 0.0_wp
   end subroutine prepare_undeformed
 

@@ -22,7 +22,7 @@ module qsmpm_initial_stress
   use qsmpm_points, only: place_of
   use qsmpm_pore_water, only: half_size
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
-  use qsmpm_initial_strength, only: limit_horizontal
+  use qsmpm_initial_strength, only: limit_horizontal, round_off
   use qsmpm_own_part, only: own_of
   use qsmpm_stress_at_rest, only: horizontal_at_rest
   use qsmpm_water_table, only: head_at, submerged_share
@@ -48,8 +48,6 @@ module qsmpm_initial_stress
   real(wp), parameter :: inside_box = 0.9_wp
   !> Ratio of Young's modulus to that of elastic ground above which a body is a structure.
   real(wp), parameter :: stiff = 30.0_wp
-  !> Relative change of a stress that is attributed to round-off.
-  real(wp), parameter :: round_off = 1.0e-6_wp
 
 contains
 
@@ -200,7 +198,7 @@ contains
     real(wp) :: at_rest(2), range(2)
     logical :: limited(model%state%points%count), own(model%state%points%count)
     integer(long) :: points_of(2)
-    integer :: p, m, axis, horizontal, material
+    integer :: at(model%state%points%count), p, m, axis, horizontal
 
     text = ''
     if (initial%kind /= initial_k0) return
@@ -209,18 +207,19 @@ contains
     call bodies_from_the_side(model, axis, overburden)
     own = own_of(model%part%points, model%state%points%count)
     limited = .false.
+    at = 0
     range = [huge(1.0_wp), 0.0_wp]
     names = ''
     associate (points => model%state%points, team => model%part%team)
       do p = 1, points%count
         if (.not. own(p)) cycle
-        call find_at_rest(model, overburden, initial, p, points%position(:, p), at_rest, material)
+        call find_at_rest(model, overburden, initial, p, points%position(:, p), at_rest, at(p))
         limited(p) = abs(points%stress(horizontal, p) - at_rest(2)) > round_off*abs(at_rest(2))
         if (limited(p) .and. at_rest(1) < 0.0_wp) range = [min(range(1), points%stress(horizontal, p)/at_rest(1)), &
           max(range(2), points%stress(horizontal, p)/at_rest(1))]
       end do
       do m = 1, size(model%laws)
-        if (total(team, count(limited .and. points%material(:points%count) == m, kind=long)) > 0) &
+        if (total(team, count(limited .and. at == m, kind=long)) > 0) &
           names = names//", '"//model%analysis%materials(m)%name//"'"
       end do
       range = [smallest(team, range(1)), largest(team, range(2))]

@@ -29,7 +29,7 @@ module qsmpm_edge_failure
 
 contains
 
-  !> Returns the warnings of the surfaces under pressure in the phase; empty where no edge fails.
+  !> Returns the warning of the first surface whose edge fails in the phase; empty where none does.
   function edge_note(model) result(text)
     !> The model at the end of a phase.
     type(model_type), intent(in) :: model

@@ -377,29 +377,39 @@ contains
       '*WATER LEVEL, UNIT WEIGHT=10| 0, 2.8|*END PHASE|*PHASE, NAME=same, TIME=3|'//flows// &
       '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| shore, 2.8| top, 2.8|*END PHASE|'
     real(wp), allocatable :: drawn(:, :), found(:, :)
+    logical :: draining
 
     allocate (model, step)
-    call take(1, 1.0_wp, drawn)
-    call take(2, 0.0_wp, found)
+    call take(1, 1.0_wp, '', '', drawn)
+    call take(2, 0.0_wp, '', '', found)
     call tests%close('the forces at all free nodes', maxval(abs(drawn - found)), 0.0_wp, 1.0e-9_wp)
+    call tests%check('water drains there', draining)
     call tests%check('which are there inside of cells', maxval(abs(drawn(1, :))) > 0.1_wp)
+    call take(1, 1.0_wp, '*MOHR COULOMB| 50, 20, 0|', '', drawn)
+    call take(3, 0.0_wp, '*MOHR COULOMB| 50, 20, 0|', '*PHASE, NAME=factor, TYPE=SAFETY|*END PHASE|', found)
+    call tests%check('no water drains in a search for a factor', .not. draining)
+    call tests%close('whose forces are those of its pressures', maxval(abs(drawn - found)), 0.0_wp, 1.0e-9_wp)
+    call tests%check('inside of cells too', maxval(abs(drawn(1, :))) > 0.1_wp)
 
   contains
 
     !> What is out of balance at free nodes in a phase.
-    subroutine take(number, fraction, force)
+    subroutine take(number, fraction, strength, later, force)
       integer, intent(in) :: number
       real(wp), intent(in) :: fraction
+      !> Cards of the strength of the soil, and of a later phase.
+      character(len=*), intent(in) :: strength, later
       real(wp), allocatable, intent(out) :: force(:, :)
       type(soil_type), pointer :: soil
 
-      call make_step('PLANE STRAIN', '*MATERIAL, NAME=clay|*ELASTIC| 100, 0.49|*UNIT WEIGHT| 18, 20|'// &
-        '*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3|*BODY, NAME=bank, MATERIAL=clay, SHAPE=BOX| 1, 2, 2, 2.5|'//full, &
-        number, model, step)
+      call make_step('PLANE STRAIN', '*MATERIAL, NAME=clay|*ELASTIC| 100, 0.49|'//strength// &
+        '*UNIT WEIGHT| 18, 20|*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3|'// &
+        '*BODY, NAME=bank, MATERIAL=clay, SHAPE=BOX| 1, 2, 2, 2.5|'//full//later, number, model, step)
       call set_loads(step%terms, model, step%configuration_type, fraction)
       ! Stresses are those of ground without weight, and must not last.
       soil => soil_of(step%terms)
       soil%evaluation%lasting = .false.
+      draining = soil%evaluation%draining
       call evaluate_step(model, step, 0.0_wp*step%forces%internal, tangent_none)
       associate (d => size(model%loading%constrained, 1), n => size(model%loading%constrained, 2))
         allocate (force, source=merge(0.0_wp, step%forces%internal(:d, :n) - step%forces%external(:d, :n), &
